@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# Installs the headers, the module libraries and a package file, so that find_package(uwv) gives uwv::uwv.
+include(CMakePackageConfigHelpers)
+
+get_property(modules GLOBAL PROPERTY UWV_MODULES)
+add_library(uwv INTERFACE)
+add_library(uwv::uwv ALIAS uwv)
+target_link_libraries(uwv INTERFACE ${modules})
+
+install(DIRECTORY include/uwv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS uwv ${modules} EXPORT uwvTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT uwvTargets NAMESPACE uwv:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/uwv)
+configure_package_config_file(cmake/uwvConfig.cmake.in ${uwv_BINARY_DIR}/uwvConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/uwv)
+write_basic_package_version_file(${uwv_BINARY_DIR}/uwvConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${uwv_BINARY_DIR}/uwvConfig.cmake ${uwv_BINARY_DIR}/uwvConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/uwv)
