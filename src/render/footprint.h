@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// From points to the pixel rectangles they cover: the arithmetic of rasterizer.h, a block of points at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "uwv/render/point_grid.h"
+#include "uwv/render/rasterizer.h"
+
+namespace uwv::detail {
+
+/// Points handled at once: small enough for the first-level cache, large enough to hide the loop's set-up.
+inline constexpr int block_size = 256;
+
+/// Covered rectangles of a block of points, inclusive; a point that draws nothing has x1 < x0.
+struct Footprints {
+  alignas(64) std::array<std::int32_t, block_size> x0, x1, y0, y1;
+  alignas(64) std::array<float, block_size> depth;  ///< p2, in the target.
+};
+
+/// The target's bounds and the limits of half a footprint's side.
+struct FootprintLimits {
+  float width, height;
+  float point_size;
+  float max_half;
+  FootprintLimits(Size target, const FootprintOptions& options)
+      : width(static_cast<float>(target.width)),
+        height(static_cast<float>(target.height)),
+        point_size(options.point_size),
+        max_half(0.5F * options.max_footprint) {}
+};
+
+/// Footprints of the points (x, y) .. (x + count - 1, y), count <= block_size. The pointers are those of point (x, y);
+/// `slopes` and `keep` may be null.
+void footprints_of_block(const WarpMap& map, int x, int y, int count, const float* depth, const Slope* slopes,
+                         const std::uint8_t* keep, const FootprintLimits& limits, Footprints& out);
+
+}  // namespace uwv::detail

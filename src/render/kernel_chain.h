@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderings Algorithm 1 asks for, as one kernel makes them. Passes are called in the order of the algorithm for
+// each frame: first, come_back, draw; a frame may leave out any but draw.
+#pragma once
+
+#include <memory>
+
+#include "uwv/render/occlusion.h"
+
+namespace uwv::detail {
+
+class KernelChain {
+ public:
+  virtual ~KernelChain() = default;
+
+  /// Source -> target: I', D', M'.
+  virtual void first(const PointGrid& points, const Camera& target) = 0;
+  /// M' of the last first().
+  virtual void first_mask(ValidityMask& out) const = 0;
+  /// M'' of the last first(): which source pixels are seen from the target. Target pixels with exclude = 1 (null =
+  /// none) do not come back.
+  virtual void come_back(const PointGrid& points, const Camera& target, const ValidityMask* exclude,
+                         ValidityMask& second) = 0;
+  /// Where these points land in the target.
+  virtual void coverage(const PointGrid& points, const Camera& target, ValidityMask& out) = 0;
+  /// True when drawing only the points of `keep` would give the first() rendering once more.
+  virtual bool first_is_final(const ValidityMask& keep) const = 0;
+  /// The final rendering; with reuse_first, of the points the last first() drew.
+  virtual void draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool reuse_first,
+                    RenderedFrame& out) = 0;
+};
+
+/// Kernel::nearest and Kernel::resample.
+std::unique_ptr<KernelChain> make_zbuffer_chain(Rasterizer& rasterizer, ThreadPool& pool,
+                                                const OcclusionOptions& options);
+/// Kernel::bilinear.
+std::unique_ptr<KernelChain> make_soft_chain(Rasterizer& rasterizer, ThreadPool& pool, const OcclusionOptions& options);
+
+}  // namespace uwv::detail

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "uwv/render/occlusion.h"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "render/accumulate.h"
+#include "render/kernel_chain.h"
+
+namespace uwv {
+namespace {
+
+constexpr const char* same_as_before = "same source frame and camera as the frame before";
+constexpr const char* same_camera = "the target is the source camera: every point maps to its own pixel";
+constexpr const char* no_parallax = "the camera only turns or zooms and keeps the whole picture: nothing can hide";
+constexpr const char* nothing_hidden = "all points the first pass drew are kept: the last pass would repeat it";
+
+/// True when every pixel of the source's picture stays inside the target's under a pure rotation or zoom. Straight
+/// lines stay straight, so the corners decide.
+bool keeps_whole_picture(const Camera& source, const Camera& target) {
+  const Rigid3 motion = target_from_source(target, source);
+  for (const double x : {0.0, static_cast<double>(source.size.width)})
+    for (const double y : {0.0, static_cast<double>(source.size.height)}) {
+      Eigen::Vector2d pixel;
+      if (!project(target.intrinsics, motion.rotation * unproject(source.intrinsics, {x, y}, 1.0), pixel)) return false;
+      if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() > target.size.width || pixel.y() > target.size.height)
+        return false;
+    }
+  return true;
+}
+
+void check_source(const SourceFrame& source) {
+  require(source.colour != nullptr && source.depth != nullptr, "a source frame needs colour and depth");
+  const Size size = source.camera.size;
+  require(source.colour->size() == size, "the source picture is {}x{}, its camera {}x{}", source.colour->width(),
+          source.colour->height(), size.width, size.height);
+  for (const ValidityMask* mask : {source.valid, source.foreground})
+    require(mask == nullptr || mask->size() == size, "a source mask does not have the picture's size {}x{}", size.width,
+            size.height);
+  PointGrid{source.camera, source.depth, source.slopes, source.valid}.check();
+}
+
+/// The source's own picture where `keep` is 1.
+void copy_kept(const SourceFrame& source, const ValidityMask& keep, RenderedFrame& out) {
+  out.colour = *source.colour;
+  out.depth = *source.depth;
+  out.valid = keep;
+  for (std::size_t i = 0; i < keep.size().pixels(); ++i) {
+    if (keep.data()[i] != 0) continue;
+    out.colour.data()[i] = {};
+    out.depth.data()[i] = 0;
+  }
+}
+
+}  // namespace
+
+struct OcclusionRenderer::State {
+  ThreadPool& pool;
+  const OcclusionOptions options;
+  std::unique_ptr<detail::KernelChain> chain;
+  detail::VisibleSoFar visible;
+
+  // Derived from the source frame, kept while the path stays on it.
+  std::optional<long> source_index;
+  SlopeMap slopes;
+  ValidityMask reliable;
+
+  // The last view, for paths that stand still.
+  std::optional<Camera> last_target;
+  RenderedFrame last_frame;
+  FrameReport last_report;
+
+  ValidityMask second, keep;  // scratch
+
+  State(Rasterizer& rasterizer, ThreadPool& p, OcclusionOptions o)
+      : pool(p), options(std::move(o)), visible(options.accumulation) {
+    options.check();
+    chain = options.kernel == Kernel::bilinear ? detail::make_soft_chain(rasterizer, pool, options)
+                                               : detail::make_zbuffer_chain(rasterizer, pool, options);
+  }
+
+  void prepare_source(const SourceFrame& source) {
+    if (source_index == source.index) return;
+    source_index = source.index;
+    last_target.reset();
+    if (source.slopes == nullptr) slopes = slopes_from_depth(*source.depth, options.slopes, pool);
+    if (source.valid == nullptr) reliable = reliable_depth(*source.depth, options.reliability, pool);
+  }
+
+  bool drops_front_points() const { return options.normal_filter && options.alpha < std::numbers::pi / 2; }
+
+  /// Step 1: M_vis of this frame. Returns why nothing had to be rendered, or null.
+  const char* accumulate(const SourceFrame& source, const PointGrid& points, const Camera& target,
+                         const ValidityMask& front, bool want_first, FrameReport& report);
+  void find_second(const SourceFrame& source, const PointGrid& points, const Camera& target, const ValidityMask& front,
+                   FrameReport& report);
+  void run(const SourceFrame& source, const Camera& target, RenderedFrame& out, FrameMasks* masks, FrameReport& report);
+};
+
+/// M'' by the first two passes, into `second`.
+void OcclusionRenderer::State::find_second(const SourceFrame& source, const PointGrid& points, const Camera& target,
+                                           const ValidityMask& front, FrameReport& report) {
+  ValidityMask landed;
+  if (options.accumulation == Accumulation::foreground) {
+    // The official recursion lets only background pixels come back: what the foreground lands on says nothing.
+    require(source.foreground != nullptr, "Accumulation::foreground needs SourceFrame::foreground");
+    ValidityMask moving = *source.foreground;
+    intersect(moving, *points.keep);
+    intersect(moving, front);
+    PointGrid foreground = points;
+    foreground.keep = &moving;
+    chain->coverage(foreground, target, landed);
+    ++report.passes;
+  }
+  chain->first(points, target);
+  ++report.passes;
+  chain->come_back(points, target, landed.empty() ? nullptr : &landed, second);
+  report.passes += options.visibility == Visibility::reproject;
+}
+
+const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, const PointGrid& points,
+                                                 const Camera& target, const ValidityMask& front, bool want_first,
+                                                 FrameReport& report) {
+  const bool naive = options.visibility == Visibility::none;
+  const WarpMap map = WarpMap::between(source.camera, target);
+  const bool skip = options.skip_unneeded && !want_first;
+  const char* reason = skip && map.identity                                                       ? same_camera
+                       : skip && map.no_translation && keeps_whole_picture(source.camera, target) ? no_parallax
+                                                                                                  : nullptr;
+  if (naive || reason != nullptr) {
+    if (want_first) {
+      chain->first(points, target);
+      ++report.passes;
+    }
+    second = ValidityMask(source.camera.size, 1);
+    visible.add_all(source.camera.size, source.foreground);
+    return naive ? nullptr : reason;
+  }
+  find_second(source, points, target, front, report);
+  visible.add(second, points, target, source.foreground, pool);
+  return nullptr;
+}
+
+void OcclusionRenderer::State::run(const SourceFrame& source, const Camera& target, RenderedFrame& out,
+                                   FrameMasks* masks, FrameReport& report) {
+  const ValidityMask& reliable_points = source.valid != nullptr ? *source.valid : reliable;
+  PointGrid points{source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, &reliable_points};
+  const ValidityMask front = options.normal_filter ? front_mask(points, target, std::cos(options.alpha), pool)
+                                                   : ValidityMask(source.camera.size, 1);
+  const char* reason = accumulate(source, points, target, front, masks != nullptr, report);
+
+  keep = reliable_points;
+  intersect(keep, visible.mask());
+  intersect(keep, front);
+  report.points = reliable_points.count();
+  report.drawn = keep.count();
+  if (masks != nullptr) {
+    chain->first_mask(masks->first);
+    masks->second = second;
+    masks->visible = visible.mask();
+    masks->front = front;
+  }
+  if (reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear) {
+    copy_kept(source, keep, out);
+    report.skipped = reason;
+    return;
+  }
+  const bool reuse = options.skip_unneeded && report.passes > 0 && chain->first_is_final(keep);
+  if (reuse) reason = nothing_hidden;
+  points.keep = &keep;
+  chain->draw(source, points, target, reuse, out);
+  report.passes += !reuse;
+  if (reason != nullptr) report.skipped = reason;
+}
+
+OcclusionRenderer::OcclusionRenderer(Rasterizer& rasterizer, ThreadPool& pool, OcclusionOptions options)
+    : state_(std::make_unique<State>(rasterizer, pool, std::move(options))) {}
+
+OcclusionRenderer::~OcclusionRenderer() = default;
+
+FrameReport OcclusionRenderer::render(const SourceFrame& source, const Camera& target, RenderedFrame& out,
+                                      FrameMasks* masks) {
+  const auto start = std::chrono::steady_clock::now();
+  check_source(source);
+  State& state = *state_;
+  state.prepare_source(source);
+  FrameReport report;
+  // Rendering the same view again cannot change M_vis either: the product is idempotent.
+  if (state.options.skip_unneeded && masks == nullptr && state.last_target == target) {
+    out = state.last_frame;
+    report = state.last_report;
+    report.passes = 0;
+    report.skipped = same_as_before;
+  } else {
+    state.run(source, target, out, masks, report);
+    state.last_target = target;
+    state.last_frame = out;
+    state.last_report = report;
+  }
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+void OcclusionRenderer::restart() {
+  state_->visible.restart();
+  state_->last_target.reset();
+}
+
+const OcclusionOptions& OcclusionRenderer::options() const { return state_->options; }
+
+void OcclusionOptions::check() const {
+  require(std::isfinite(alpha) && alpha >= 0 && alpha <= std::numbers::pi, "alpha {} rad is outside [0, pi]", alpha);
+  require(depth_tolerance >= 0 && depth_tolerance < 1, "depth_tolerance {} is outside [0, 1)", depth_tolerance);
+  require(soft_splat.sharpness >= 0 && soft_splat.log_depth_max >= 0,
+          "soft splat sharpness {} or log_depth_max {} is negative", soft_splat.sharpness, soft_splat.log_depth_max);
+  footprint.check();
+  slopes.check();
+  reliability.check();
+}
+
+}  // namespace uwv

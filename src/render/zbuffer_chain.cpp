@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "render/kernel_chain.h"
+#include "render/surface.h"
+
+namespace uwv::detail {
+namespace {
+
+class ZBufferChain final : public KernelChain {
+ public:
+  ZBufferChain(Rasterizer& rasterizer, ThreadPool& pool, const OcclusionOptions& options)
+      : rasterizer_(rasterizer), pool_(pool), options_(options) {}
+
+  void first(const PointGrid& points, const Camera& target) override {
+    rasterizer_.zbuffer(points, target, options_.footprint, first_);
+  }
+
+  void first_mask(ValidityMask& out) const override {
+    out.resize(first_.winner.size());
+    std::transform(first_.winner.pixels().begin(), first_.winner.pixels().end(), out.pixels().begin(),
+                   [](std::uint32_t code) { return static_cast<std::uint8_t>(code != PointCode::none); });
+  }
+
+  void come_back(const PointGrid& points, const Camera& target, const ValidityMask* exclude,
+                 ValidityMask& second) override {
+    surface_geometry(points, target, first_, pool_, surface_depth_, &surface_slopes_);
+    if (exclude != nullptr)
+      std::transform(surface_depth_.pixels().begin(), surface_depth_.pixels().end(), exclude->pixels().begin(),
+                     surface_depth_.pixels().begin(), [](float z, std::uint8_t out) { return out != 0 ? 0.0F : z; });
+    if (options_.visibility == Visibility::ztest) {
+      visible_by_ztest(points, target, surface_depth_, surface_slopes_, options_.depth_tolerance, pool_, second);
+      return;
+    }
+    const PointGrid seen{target, &surface_depth_, &surface_slopes_, nullptr};
+    if (options_.depth_tolerance > 0) {
+      rasterizer_.zbuffer(seen, points.camera, options_.footprint, returned_);
+      keep_agreeing_depths(*points.depth, second);
+    } else {
+      rasterizer_.coverage(seen, points.camera, options_.footprint, second);
+    }
+  }
+
+  void coverage(const PointGrid& points, const Camera& target, ValidityMask& out) override {
+    rasterizer_.coverage(points, target, options_.footprint, out);
+  }
+
+  // Points that lost at every pixel can be removed without changing who wins, so only dropped winners matter.
+  bool first_is_final(const ValidityMask& keep) const override {
+    for (const std::uint32_t code : first_.winner.pixels())
+      if (code != PointCode::none && keep(PointCode::x(code), PointCode::y(code)) == 0) return false;
+    return true;
+  }
+
+  void draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool reuse_first,
+            RenderedFrame& out) override {
+    if (!reuse_first) rasterizer_.zbuffer(kept, target, options_.footprint, final_);
+    const ZBuffer& zbuffer = reuse_first ? first_ : final_;
+    if (options_.kernel == Kernel::resample)
+      resampled_colour(kept, target, zbuffer, *source.colour, pool_, out);
+    else
+      nearest_colour(zbuffer, *source.colour, pool_, out);
+  }
+
+ private:
+  void keep_agreeing_depths(const DepthMap& own, ValidityMask& second) const {
+    second.resize(own.size());
+    std::transform(own.pixels().begin(), own.pixels().end(), returned_.depth.pixels().begin(), second.pixels().begin(),
+                   [tolerance = options_.depth_tolerance](float z, float back) {
+                     return static_cast<std::uint8_t>(back > 0 && std::fabs(back - z) <= tolerance * z);
+                   });
+  }
+
+  Rasterizer& rasterizer_;
+  ThreadPool& pool_;
+  const OcclusionOptions& options_;
+  ZBuffer first_, final_, returned_;
+  DepthMap surface_depth_;
+  SlopeMap surface_slopes_;
+};
+
+}  // namespace
+
+std::unique_ptr<KernelChain> make_zbuffer_chain(Rasterizer& rasterizer, ThreadPool& pool,
+                                                const OcclusionOptions& options) {
+  return std::make_unique<ZBufferChain>(rasterizer, pool, options);
+}
+
+}  // namespace uwv::detail
