@@ -18,6 +18,9 @@ class Mask : public Image<std::uint8_t> {
  public:
   using Image<std::uint8_t>::Image;
   explicit Mask(Image<std::uint8_t> zero_or_one) : Image<std::uint8_t>(std::move(zero_or_one)) {}
+  /// A mask of the other polarity would pass as bytes and turn its meaning around; to_generate, to_validity convert.
+  template <class Other>
+  explicit Mask(const Mask<Other>&) = delete;
   /// Number of pixels that are 1.
   std::size_t count() const {
     return static_cast<std::size_t>(
