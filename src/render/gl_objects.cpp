@@ -103,13 +103,18 @@ void GlWords::fill(const GlApi& gl, GLuint binding, std::size_t count, std::uint
   gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_.id());
 }
 
-const void* GlWords::map(const GlApi& gl, std::size_t count) const {
-  const void* words =
-      gl.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(4 * count), GL_MAP_READ_BIT);
-  if (words != nullptr) return words;
+GlMapping::GlMapping(const GlApi& gl, const GlWords& words, std::size_t count) : gl_(gl), buffer_(words.id()) {
+  gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_);
+  address_ = gl.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(4 * count), GL_MAP_READ_BIT);
+  if (address_ != nullptr) return;
   check_gl(gl, "reading a result back");
   fail(ErrorCode::backend_missing, "the OpenGL driver does not let us read {} bytes back; use --renderer cpu",
        4 * count);
+}
+
+GlMapping::~GlMapping() {
+  gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_);
+  gl_.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
 }
 
 GlFramebuffer make_framebuffer(const GlApi& gl) {

@@ -88,19 +88,27 @@ class GlWords {
  public:
   /// At least `count` words, all set to `value`, bound to storage binding `binding`.
   void fill(const GlApi& gl, GLuint binding, std::size_t count, std::uint32_t value);
-  /// Calls reader(const T*) with the words while they are mapped.
-  template <class T, class Reader>
-  void read(const GlApi& gl, std::size_t count, const Reader& reader) const {
-    static_assert(sizeof(T) == 4);
-    gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_.id());
-    reader(static_cast<const T*>(map(gl, count)));
-    gl.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
-  }
+  GLuint id() const { return buffer_.id(); }
 
  private:
-  const void* map(const GlApi& gl, std::size_t count) const;
   GlBuffer buffer_;
   std::size_t capacity_ = 0;
+};
+
+/// A buffer's words in our memory, for reading, while this lives.
+class GlMapping {
+ public:
+  GlMapping(const GlApi& gl, const GlWords& words, std::size_t count);
+  ~GlMapping();
+  GlMapping(const GlMapping&) = delete;
+  GlMapping& operator=(const GlMapping&) = delete;
+  const std::uint32_t* words() const { return static_cast<const std::uint32_t*>(address_); }
+  const float* floats() const { return static_cast<const float*>(address_); }
+
+ private:
+  const GlApi& gl_;
+  GLuint buffer_;
+  const void* address_;
 };
 
 GlFramebuffer make_framebuffer(const GlApi& gl);

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The footprint of rasterizer.h: which target pixels a point covers.
+
+uniform sampler2D slope_map;  // RG32F
+uniform bool has_slopes;
+uniform float point_size;
+uniform float max_footprint;
+
+struct Footprint {
+  bool drawn;
+  float z;
+  ivec4 covered;  // x0, y0, x1, y1, all inside the target; nothing when not drawn
+};
+
+// Column `c` of the warp's Jacobian in one row.
+float jacobian(int row, int c, float z, float slope, float position, float across, float depth) {
+  precise float along = z * warp_a[3 * row + c] + warp_b[row] * slope;
+  precise float result = (along - position * across) / depth;
+  return result;
+}
+
+float half_side(float j0, float j1) {
+  precise float side = point_size * (abs(j0) + abs(j1)) / 2.0;
+  return side;
+}
+
+Footprint footprint(ivec2 source) {
+  Footprint nothing = Footprint(false, 0.0, ivec4(0, 0, -1, -1));
+  float z = texelFetch(depth_map, source, 0).r;
+  Moved p = move_point(source, z);
+  if (!p.drawn) return nothing;
+  vec2 slope = has_slopes ? texelFetch(slope_map, source, 0).rg : vec2(0.0);
+  precise float across_x = z * warp_a[6] + warp_b[2] * slope.x;
+  precise float across_y = z * warp_a[7] + warp_b[2] * slope.y;
+  float hx = half_side(jacobian(0, 0, z, slope.x, p.u, across_x, p.z), jacobian(0, 1, z, slope.y, p.u, across_y, p.z));
+  float hy = half_side(jacobian(1, 0, z, slope.x, p.v, across_x, p.z), jacobian(1, 1, z, slope.y, p.v, across_y, p.z));
+  if (!is_number(hx) || !is_number(hy)) return nothing;
+  hx = clamp(hx, 0.5, max_footprint / 2.0);
+  hy = clamp(hy, 0.5, max_footprint / 2.0);
+  precise float x0 = ceil(p.u - (hx + 0.5));
+  precise float y0 = ceil(p.v - (hy + 0.5));
+  precise float x1 = ceil(p.u + (hx - 0.5)) - 1.0;
+  precise float y1 = ceil(p.v + (hy - 0.5)) - 1.0;
+  vec2 last = vec2(target_size - 1);
+  // Before converting: positions may be far outside what an int holds.
+  if (!(x0 <= last.x && y0 <= last.y && x1 >= 0.0 && y1 >= 0.0)) return nothing;
+  x0 = max(x0, 0.0);
+  y0 = max(y0, 0.0);
+  x1 = min(x1, last.x);
+  y1 = min(y1, last.y);
+  return Footprint(x0 <= x1 && y0 <= y1, p.z, ivec4(x0, y0, x1, y1));
+}

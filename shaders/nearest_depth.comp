@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// First pass of the compute z-buffer: the smallest depth of each target pixel. Positive floats order like their bits.
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Depths { uint depth_bits[]; };
+
+void main() {
+  ivec2 source = ivec2(gl_GlobalInvocationID.xy);
+  if (source.x >= source_size.x) return;
+  Footprint point = footprint(source);
+  if (!point.drawn) return;
+  uint bits = floatBitsToUint(point.z);
+  for (int y = point.covered.y; y <= point.covered.w; ++y)
+    for (int x = point.covered.x; x <= point.covered.z; ++x) {
+      int pixel = y * target_size.x + x;
+      // Depths only ever shrink, so a stale value costs an atomic but never loses a point.
+      if (bits < depth_bits[pixel]) atomicMin(depth_bits[pixel], bits);
+    }
+}
