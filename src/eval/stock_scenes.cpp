@@ -97,7 +97,7 @@ StockScene sphere_floor_wall(const StockOptions& options) {
   const double tangent = 0.25 * std::tan(30 * degree);
   const double radius = 3 * tangent / std::sqrt(1 + tangent * tangent);
   b.add("ball", b.ball(radius), b.noise(brick, 0.06, 1), {0, 0, 0});
-  b.floor(radius, b.wood(0.12, 2));
+  b.floor(radius, b.wood(0.25, 2));
   b.wall(2, b.noise(slate, 0.1, 3));
   return b.filmed_from(eye_at(3, 10 * degree));
 }

@@ -61,15 +61,16 @@ Texture Texture::gradient(const Colour& a, const Colour& b, double period) { ret
 Texture Texture::noise(const Colour& mean, double period, std::uint64_t seed) {
   Texture texture(Kind::noise, mean, mean, period);
   Dice dice(seed);
-  const int waves = 12;
+  const int waves = 16;
   for (int i = 0; i < waves; ++i) {
     // Longer waves are stronger, as in photographs, where amplitude falls about as fast as frequency grows.
     const double wavelength = period * std::pow(6.0, i / (waves - 1.0));
-    const double amplitude = 0.16 * std::sqrt(wavelength / (6 * period));
+    const double amplitude = 0.12 * std::pow(wavelength / (6 * period), 0.7);
     Wave wave;
     wave.frequency = tau / wavelength * random_direction(dice);
     wave.phase = dice.in(0, tau);
-    for (int c = 0; c < 3; ++c) wave.amplitude[c] = static_cast<float>(amplitude * dice.in(-1, 1));
+    // Mostly lightness: colour varies less than light and shade do.
+    for (int c = 0; c < 3; ++c) wave.amplitude[c] = static_cast<float>(amplitude * (1 + dice.in(-0.6, 0.6)));
     texture.waves_.push_back(wave);
   }
   return texture;
