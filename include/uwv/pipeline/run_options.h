@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything the main job can be asked to do, in one struct.
+//
+// A field, its command line flag and its key in run.json share one name: `max_side` is --max-side and "max_side". The
+// table in option_table.h holds the help texts; what a value means in full is said here.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "uwv/core/camera.h"
+#include "uwv/render/gl_context.h"
+#include "uwv/render/occlusion.h"
+
+namespace uwv {
+
+/// Where pixel centres lie in intrinsics given by number (see docs/conventions.md).
+enum class PixelCentre {
+  half,     ///< At (x + 0.5, y + 0.5): ours, COLMAP's.
+  integer,  ///< At (x, y): OpenCV's, the reference code's, most calibration files'.
+};
+
+/// Who draws.
+enum class RendererChoice {
+  automatic,  ///< GL where a GPU does it, CPU where GL would only be emulated.
+  gl,
+  cpu,
+};
+
+/// How the rendered depth is stored.
+enum class DepthOutput { npz, png16, exr, none };
+
+/// What fills the holes of the rendering.
+enum class Completion {
+  none,     ///< Nothing: colour.mp4 and generate_mask.mp4 are the result.
+  inpaint,  ///< A draft by image inpainting (Telea 2004), frame by frame, without any model.
+};
+
+struct RunOptions {
+  // -- input ---------------------------------------------------------------------------------------------------------
+  std::string video;                  ///< Video, picture (a photo), folder of pictures or pattern. Required.
+  std::string depth;                  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them.
+  std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
+  std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
+  std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
+                          ///< is NaN, infinite, or not positive.
+  double baseline = 0;    ///< Distance of the stereo pair, scene units. depth = fx * baseline / (disparity + doffs).
+  double doffs = 0;       ///< cx_right - cx_left of the pair, pixels of the full-size picture.
+  bool static_depth = false;  ///< One depth picture serves all frames of a locked-off video.
+  std::string cameras;        ///< Source cameras, one per frame of the clip. Empty: a locked-off camera.
+  std::string foreground;     ///< Mask clip, white = moving foreground.
+  std::string normals;        ///< .npy/.npz, (h,w,3) or (n,h,w,3), camera frame. Empty: normals come from depth.
+  std::optional<double> fx, fy, cx, cy;  ///< Intrinsics in pixels of the full-size picture. fy unset: fx; centre unset:
+                                         ///< the picture's. They take precedence over those of `cameras`.
+  std::optional<double> fov;             ///< Horizontal field of view in degrees, (0, 180), instead of fx.
+  PixelCentre pixel_centre = PixelCentre::half;  ///< How cx and cy count.
+  long start = 0;                                ///< First frame of the clip that is used.
+  long stride = 1;                               ///< Every how many-th frame is used.
+  long max_frames = 81;                          ///< At most so many are used; 0 = all. 81 is what the model takes.
+
+  // -- picture size --------------------------------------------------------------------------------------------------
+  Size size;               ///< Exact working size. {0, 0}: the token budget of the model decides.
+  bool no_resize = false;  ///< Work at the clip's own size.
+  int max_side = 1024;     ///< Longest side the token budget may choose.
+
+  // -- camera path ---------------------------------------------------------------------------------------------------
+  std::string traj = "free1";       ///< Trajectory file (docs/trajectories.md) or the name of a preset.
+  std::optional<long> frames;       ///< Target frames. Unset: the file's; else the clip's, 81 for a photo.
+  std::optional<double> elevation;  ///< Degrees; see docs/trajectories.md. Unset: the file's.
+  std::optional<double> radius;     ///< Distance to the orbit's centre, scene units. Unset: the file's, else the
+                                    ///< median depth of the foreground (of everything without one) in the first frame.
+  std::optional<double> radius_scale;  ///< Scales offsets of the path. Unset: the file's.
+
+  // -- rendering -----------------------------------------------------------------------------------------------------
+  RendererChoice renderer = RendererChoice::automatic;
+  GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
+  Kernel kernel = OcclusionOptions{}.kernel;
+  Visibility visibility = OcclusionOptions{}.visibility;
+  Accumulation accumulation = OcclusionOptions{}.accumulation;
+  double alpha = 90;          ///< Angle of the normal filter, degrees in [0, 180].
+  bool normal_filter = true;  ///< False draws back faces and grazing surfaces too.
+  float point_size = FootprintOptions{}.point_size;
+  float max_footprint = FootprintOptions{}.max_footprint;
+  float depth_tolerance = OcclusionOptions{}.depth_tolerance;
+  bool reliability = true;  ///< The reliable-depth filter; false trusts every valid depth.
+  float reliability_ratio = ReliabilityOptions{}.ratio;
+  int reliability_window = ReliabilityOptions{}.window;
+  int slope_radius = SlopeOptions{}.radius;
+  float slope_discontinuity = SlopeOptions{}.discontinuity;
+  bool skip_unneeded = true;  ///< Leave out passes that cannot change a pixel.
+  int threads = 0;            ///< Rendering threads; 0 = one per processor. Never changes a byte of the result.
+
+  // -- output --------------------------------------------------------------------------------------------------------
+  std::string out;            ///< Folder. Empty: "<clip's stem>_uwv" in the current folder.
+  std::optional<double> fps;  ///< Of the videos written. Unset: the trajectory's, else the clip's / stride, else 16.
+  int crf = 10;               ///< H.264 quality of colour, 0 (lossless) .. 51; 10 is the reference's choice.
+  DepthOutput depth_format = DepthOutput::npz;
+  bool save_masks = false;  ///< Also M', M'', M_vis and M_front.
+  std::vector<long> ply;    ///< Source frames (counted after start and stride) to write as point clouds.
+  int contact_sheet = 5;    ///< Columns of contact_sheet.png; 0 = none.
+  Completion complete = Completion::none;
+  bool overwrite = false;  ///< Redo finished stages, and replace files that are not ours.
+
+  // -- comparison with a real picture --------------------------------------------------------------------------------
+  std::string eval_reference;  ///< Picture taken at another camera, to compare a rendering with.
+  std::string eval_cameras;    ///< That camera, in the world of `cameras` (docs/formats.md); camera i sees frame i.
+
+  /// Throws std::invalid_argument, naming the flag, when a value is out of range or two contradict each other. Files
+  /// are not looked at.
+  void check() const;
+
+  /// `out`, or what stands for it when empty.
+  std::string out_folder() const;
+};
+
+/// The part of the options the renderer sees.
+OcclusionOptions occlusion_options(const RunOptions& options);
+
+/// The intrinsics asked for by number (fx.. or fov), for a picture of `full_size` pixels and our pixel centres; nothing
+/// when neither was given.
+std::optional<Intrinsics> intrinsics_by_number(const RunOptions& options, Size full_size);
+
+}  // namespace uwv

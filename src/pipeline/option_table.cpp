@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "uwv/pipeline/option_table.h"
+
+#include <algorithm>
+#include <functional>
+#include <type_traits>
+
+#include "io/disk_file.h"
+#include "io/json_text.h"
+#include "pipeline/option_codec.h"
+
+namespace uwv {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+using pipeline::Codec;
+
+/// A line of the table with the ways into the struct.
+struct Option {
+  OptionInfo info;
+  std::function<ordered_json(const RunOptions&)> write;
+  std::function<bool(const json&, RunOptions&)> read;
+  std::function<bool(std::string_view, RunOptions&)> parse;
+  std::string wanted;
+};
+
+template <class T>
+Option option(std::string_view name, T RunOptions::*field, std::string_view value, std::string_view help) {
+  constexpr bool repeats = std::is_same_v<T, std::vector<long>>;
+  return {{std::string(name), "", std::string(value), std::string(help), OptionScope::conditioning, repeats},
+          [field](const RunOptions& options) { return Codec<T>::write(options.*field); },
+          [field](const json& from, RunOptions& options) { return Codec<T>::read(from, options.*field); },
+          [field](std::string_view text, RunOptions& options) { return Codec<T>::parse(text, options.*field); },
+          Codec<T>::wanted()};
+}
+
+using O = RunOptions;
+
+std::vector<Option> input_options() {
+  return {
+      option("video", &O::video, "FILE", "video, photo, folder of pictures, or pattern such as 'frames_%05d.png'"),
+      option("depth", &O::depth, "FILE", "depth of every frame: .npz .npy .png .exr .pfm, a folder or a pattern"),
+      option("depth_scale", &O::depth_scale, "X", "stored value times X is depth; unset: 1, or 0.001 for 16-bit PNG"),
+      option("depth_key", &O::depth_key, "NAME", "member of the .npz to read; unset: the first of the usual names"),
+      option("disparity", &O::disparity, "FILE", "stereo disparity in full-size pixels, instead of --depth"),
+      option("baseline", &O::baseline, "X", "distance of the stereo pair's cameras; sets the unit of depth"),
+      option("doffs", &O::doffs, "PX", "cx of the right camera minus cx of the left: depth = fx*baseline/(disp+doffs)"),
+      option("static_depth", &O::static_depth, "", "one depth picture serves every frame (locked-off camera)"),
+      option("cameras", &O::cameras, "FILE",
+             "source cameras: TUM, transforms.json, .log or uwv JSON; unset: locked off"),
+      option("foreground", &O::foreground, "FILE", "mask clip of what moves, white = foreground"),
+      option("normals", &O::normals, "FILE", "normals to use instead of those of the depth: .npy or .npz, (n,h,w,3)"),
+      option("fx", &O::fx, "PX", "focal length in pixels of the full-size picture"),
+      option("fy", &O::fy, "PX", "the same, vertical; unset: as --fx"),
+      option("cx", &O::cx, "PX", "principal point in pixels of the full-size picture; unset: the centre"),
+      option("cy", &O::cy, "PX", "the same, vertical"),
+      option("fov", &O::fov, "DEG", "horizontal field of view, instead of --fx; unset and nothing else given: 60"),
+      option("pixel_centre", &O::pixel_centre, "WHERE",
+             "how --cx --cy count pixel centres: half (0.5, 1.5, ..) or integer"),
+      option("start", &O::start, "N", "first frame used"),
+      option("stride", &O::stride, "N", "use every N-th frame"),
+      option("max_frames", &O::max_frames, "N", "use at most N frames, 0 = all"),
+  };
+}
+
+std::vector<Option> size_options() {
+  return {
+      option("size", &O::size, "WxH", "exact working size; unset: the model's token budget at the clip's aspect ratio"),
+      option("no_resize", &O::no_resize, "", "work at the clip's own size"),
+      option("max_side", &O::max_side, "N", "longest side the token budget may choose"),
+  };
+}
+
+std::vector<Option> path_options() {
+  return {
+      option("traj", &O::traj, "FILE|NAME", "trajectory file (docs/trajectories.md) or the name of a preset"),
+      option("frames", &O::frames, "N", "target frames; unset: the file's, else the clip's, 81 for a photo"),
+      option("elevation", &O::elevation, "DEG", "height of the first camera over the orbit's plane"),
+      option("radius", &O::radius, "X", "distance to the orbit's centre; unset: median depth of the foreground"),
+      option("radius_scale", &O::radius_scale, "X", "scales the path's offsets"),
+  };
+}
+
+std::vector<Option> render_options() {
+  return {
+      option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
+      option("gl", &O::gl, "NAME", "which headless GL: auto, egl or osmesa"),
+      option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
+      option("visibility", &O::visibility, "NAME", "none (naive), ztest (a pass fewer) or reproject (the paper's)"),
+      option("accumulation", &O::accumulation, "NAME",
+             "product (the paper's), product_in_view (for paths that return), none, foreground"),
+      option("alpha", &O::alpha, "DEG", "surfaces turned further than this from the target camera are not drawn"),
+      option("normal_filter", &O::normal_filter, "", "drop surfaces turned away from the target camera"),
+      option("point_size", &O::point_size, "X", "scales every footprint; more closes cracks of noisy depth"),
+      option("max_footprint", &O::max_footprint, "PX", "largest side of a footprint"),
+      option("depth_tolerance", &O::depth_tolerance, "X", "relative depth difference that still counts as visible"),
+      option("reliability", &O::reliability, "", "drop depths on edges, where estimators smear"),
+      option("reliability_ratio", &O::reliability_ratio, "X", "largest (max-min)/mean of depth within the window"),
+      option("reliability_window", &O::reliability_window, "PX", "side of that window, odd"),
+      option("slope_radius", &O::slope_radius, "PX", "neighbourhood of normals; 2 or 3 for noisy depth"),
+      option("slope_discontinuity", &O::slope_discontinuity, "X", "relative depth step that separates two surfaces"),
+      option("skip_unneeded", &O::skip_unneeded, "", "leave out passes that cannot change a pixel"),
+      option("threads", &O::threads, "N", "rendering threads, 0 = all processors; never changes the result"),
+  };
+}
+
+std::vector<Option> output_options() {
+  return {
+      option("out", &O::out, "DIR", "where results go; unset: <clip's stem>_uwv"),
+      option("fps", &O::fps, "X", "frame rate of the videos; unset: the trajectory's, else the clip's, else 16"),
+      option("crf", &O::crf, "N", "H.264 quality of colour, 0 (lossless) to 51"),
+      option("depth_format", &O::depth_format, "NAME", "npz, png16, exr or none"),
+      option("save_masks", &O::save_masks, "", "also write M', M'', M_vis and M_front as videos"),
+      option("ply", &O::ply, "N,..", "source frames to write as point clouds"),
+      option("contact_sheet", &O::contact_sheet, "N", "columns of contact_sheet.png, 0 = none"),
+      option("complete", &O::complete, "NAME", "fill the holes: none or inpaint (a draft without a model)"),
+      option("overwrite", &O::overwrite, "", "redo finished stages, replace files that are not ours"),
+  };
+}
+
+std::vector<Option> evaluation_options() {
+  return {
+      option("eval_reference", &O::eval_reference, "FILE", "real picture from another camera to compare with"),
+      option("eval_cameras", &O::eval_cameras, "FILE", "that camera, as uwv JSON, in the world of --cameras"),
+  };
+}
+
+/// Options that decide another stage's bytes than the conditioning's, where everything else acts.
+OptionScope scope_of(std::string_view name) {
+  using enum OptionScope;
+  static constexpr std::pair<std::string_view, OptionScope> others[] = {{"out", nothing},
+                                                                        {"threads", nothing},
+                                                                        {"overwrite", nothing},
+                                                                        {"complete", completion},
+                                                                        {"ply", presentation},
+                                                                        {"contact_sheet", presentation},
+                                                                        {"eval_cameras", evaluation},
+                                                                        {"eval_reference", evaluation}};
+  for (const auto& [other, scope] : others)
+    if (other == name) return scope;
+  return conditioning;
+}
+
+std::vector<Option> make_table() {
+  std::vector<Option> table;
+  const auto append = [&](std::string_view group, std::vector<Option> options) {
+    for (Option& entry : options) {
+      entry.info.group = group;
+      entry.info.scope = scope_of(entry.info.name);
+      table.push_back(std::move(entry));
+    }
+  };
+  append("Input", input_options());
+  append("Picture size", size_options());
+  append("Camera path", path_options());
+  append("Rendering", render_options());
+  append("Output", output_options());
+  append("Comparison with a real picture", evaluation_options());
+  return table;
+}
+
+const std::vector<Option>& table() {
+  static const std::vector<Option> made = make_table();
+  return made;
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j)
+      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])}));
+  }
+  return row.back();
+}
+
+const Option& find(std::string_view name, std::string_view where) {
+  for (const Option& entry : table())
+    if (entry.info.name == name) return entry;
+  const auto nearest = std::min_element(table().begin(), table().end(), [&](const Option& a, const Option& b) {
+    return edit_distance(a.info.name, name) < edit_distance(b.info.name, name);
+  });
+  fail(ErrorCode::value_invalid, "{}: unknown option '{}'; did you mean '{}'?", where, name, nearest->info.name);
+}
+
+}  // namespace
+
+std::string OptionInfo::flag() const {
+  std::string flag = "--" + name;
+  std::replace(flag.begin() + 2, flag.end(), '_', '-');
+  return flag;
+}
+
+std::span<const OptionInfo> option_table() {
+  static const std::vector<OptionInfo> infos = [] {
+    std::vector<OptionInfo> all;
+    for (const Option& entry : table()) all.push_back(entry.info);
+    return all;
+  }();
+  return infos;
+}
+
+void set_option(RunOptions& options, std::string_view name, std::string_view text) {
+  const Option& entry = find(name, "command line");
+  if (!entry.parse(text, options))
+    fail(ErrorCode::value_invalid, "{}: found '{}', wanted {}", entry.info.flag(), text, entry.wanted);
+}
+
+std::string option_text(const RunOptions& options, std::string_view name) {
+  const ordered_json value = find(name, "option_text").write(options);
+  if (value.is_null()) return "";
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const ordered_json& item : value) text += (text.empty() ? "" : ",") + item.dump();
+  return text;
+}
+
+ordered_json to_json(const RunOptions& options) {
+  ordered_json all = ordered_json::object();
+  for (const Option& entry : table()) all[entry.info.name] = entry.write(options);
+  return all;
+}
+
+ordered_json to_json(const RunOptions& options, OptionScope scope) {
+  ordered_json some = ordered_json::object();
+  for (const Option& entry : table())
+    if (entry.info.scope == scope) some[entry.info.name] = entry.write(options);
+  return some;
+}
+
+RunOptions options_from_json(const json& from, std::string_view where) {
+  if (!from.is_object()) fail(ErrorCode::value_invalid, "{}: found no JSON object where options were wanted", where);
+  RunOptions options;
+  for (const auto& [name, value] : from.items()) {
+    const Option& entry = find(name, where);
+    if (!entry.read(value, options))
+      fail(ErrorCode::value_invalid, "{}: /{}: found {}, wanted {}", where, name, value.dump(), entry.wanted);
+  }
+  return options;
+}
+
+RunOptions read_options(const std::string& path) {
+  constexpr std::uint64_t max_bytes = 64U << 20U;  // run.json lists every warning; megabytes would be absurd already
+  const json whole = io::parse_json(io::read_text(path, max_bytes), path);
+  return options_from_json(whole.contains("options") ? whole["options"] : whole, path);
+}
+
+}  // namespace uwv
