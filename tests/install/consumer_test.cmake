@@ -33,7 +33,7 @@ file(RENAME ${work}/first ${prefix})
 run(success ${configure} -B ${work}/build)
 run(success ${CMAKE_COMMAND} --build ${work}/build)
 run(success ${work}/build/consumer)
-expect_output("pixel 420.00 240.00")
+expect_output("pixel 42.00 24.00, 2592 pixels covered")
 
 run(success ${configure} -B ${work}/build -Dwanted_component=core)
 run(failure ${configure} -B ${work}/build -Dwanted_component=nonsense)

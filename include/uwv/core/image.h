@@ -38,7 +38,7 @@ struct CacheAligned {
   static constexpr std::align_val_t alignment{64};
   CacheAligned() = default;
   template <class U>
-  CacheAligned(const CacheAligned<U>&) {}
+  CacheAligned(const CacheAligned<U>&) {}  // NOLINT(google-explicit-constructor): containers convert allocators
   T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), alignment)); }
   void deallocate(T* p, std::size_t) { ::operator delete(p, alignment); }
   friend bool operator==(const CacheAligned&, const CacheAligned&) { return true; }
