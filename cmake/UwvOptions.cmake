@@ -5,7 +5,9 @@ target_compile_features(uwv_build_options INTERFACE cxx_std_20)
 target_compile_options(uwv_build_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   # The CPU renderer promises the GL renderer's arithmetic: no fused multiply-add behind our back.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # We never look at errno or floating-point traps; without these two, loops with sqrt or a select stay scalar.
+  -fno-math-errno -fno-trapping-math)
 if(UWV_WERROR)
   target_compile_options(uwv_build_options INTERFACE -Werror)
 endif()

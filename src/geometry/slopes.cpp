@@ -28,8 +28,8 @@ inline float step_on_surface(float before, float here, float after, float discon
   const bool has_after = after > 0;
   // Both neighbours on one plane: the two steps agree, however steep the plane is.
   const bool straight = has_before & has_after & (std::fabs(ahead - back) <= 0.25F * discontinuity * here);
-  const bool back_joined = has_before & (std::fabs(back) <= discontinuity * std::fmax(here, before));
-  const bool ahead_joined = has_after & (std::fabs(ahead) <= discontinuity * std::fmax(here, after));
+  const bool back_joined = has_before & (std::fabs(back) <= discontinuity * (here > before ? here : before));
+  const bool ahead_joined = has_after & (std::fabs(ahead) <= discontinuity * (here > after ? here : after));
   const float back_or_zero = back_joined ? back : 0.0F;
   const float ahead_or_zero = ahead_joined ? ahead : 0.0F;
   // At a crease or a small step the flatter side is the one that does not cross it.
@@ -41,6 +41,7 @@ inline float step_on_surface(float before, float here, float after, float discon
 UWV_SIMD_CLONES void slopes_of_row(const float* above, const float* here, const float* below, int margin, int width,
                                    float discontinuity, Slope* out) {
   const float per_pixel = 1.0F / static_cast<float>(margin);
+#pragma GCC ivdep  // inputs and outputs never overlap
   for (int x = 0; x < width; ++x) {
     const int i = x + margin;
     const float w = here[i];

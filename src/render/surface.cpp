@@ -43,25 +43,38 @@ inline float clamped(float value, float limit) {
 }
 
 UWV_SIMD_CLONES void meet_patches(const WarpMap& map, int x, int y, int count, const Patches& patches, Surfels& out) {
-  const auto& r = map.a_inverse;
+  const float r00 = map.a_inverse[0][0], r01 = map.a_inverse[0][1], r02 = map.a_inverse[0][2];
+  const float r10 = map.a_inverse[1][0], r11 = map.a_inverse[1][1], r12 = map.a_inverse[1][2];
+  const float r20 = map.a_inverse[2][0], r21 = map.a_inverse[2][1], r22 = map.a_inverse[2][2];
   const float k0 = map.k[0], k1 = map.k[1], k2 = map.k[2];
   // The forward map's third row without the folded half pixel.
   const float a20 = map.a[2][0], a21 = map.a[2][1], a22 = map.a[2][2] - 0.5F * (a20 + a21), b2 = map.b[2];
   const float cy = static_cast<float>(y) + 0.5F;
+  const float* px = patches.x.data();
+  const float* py = patches.y.data();
+  const float* pz = patches.z.data();
+  const float* psx = patches.sx.data();
+  const float* psy = patches.sy.data();
+  float* out_depth = out.depth.data();
+  float* out_sx = out.sx.data();
+  float* out_sy = out.sy.data();
+  float* out_x = out.x.data();
+  float* out_y = out.y.data();
+#pragma GCC ivdep  // inputs and outputs never overlap
   for (int i = 0; i < count; ++i) {
     const float cx = static_cast<float>(x + i) + 0.5F;
-    const float xs = patches.x[static_cast<std::size_t>(i)], ys = patches.y[static_cast<std::size_t>(i)];
-    const float z = patches.z[static_cast<std::size_t>(i)];
-    const float m0 = patches.sx[static_cast<std::size_t>(i)], m1 = patches.sy[static_cast<std::size_t>(i)];
+    const float xs = px[i], ys = py[i];
+    const float z = pz[i];
+    const float m0 = psx[i], m1 = psy[i];
     const float m2 = 1.0F - m0 * xs - m1 * ys;
-    const float n0 = r[0][0] * m0 + r[1][0] * m1 + r[2][0] * m2;
-    const float n1 = r[0][1] * m0 + r[1][1] * m1 + r[2][1] * m2;
-    const float n2 = r[0][2] * m0 + r[1][2] * m1 + r[2][2] * m2;
+    const float n0 = r00 * m0 + r10 * m1 + r20 * m2;
+    const float n1 = r01 * m0 + r11 * m1 + r21 * m2;
+    const float n2 = r02 * m0 + r12 * m1 + r22 * m2;
     const float facing = 1.0F / (n0 * cx + n1 * cy + n2);
     const float z_plane = (z + (m0 * k0 + m1 * k1 + m2 * k2)) * facing;
-    const float s0 = (r[0][0] * cx + r[0][1] * cy + r[0][2]) * z_plane - k0;
-    const float s1 = (r[1][0] * cx + r[1][1] * cy + r[1][2]) * z_plane - k1;
-    const float s2 = 1.0F / ((r[2][0] * cx + r[2][1] * cy + r[2][2]) * z_plane - k2);
+    const float s0 = (r00 * cx + r01 * cy + r02) * z_plane - k0;
+    const float s1 = (r10 * cx + r11 * cy + r12) * z_plane - k1;
+    const float s2 = 1.0F / ((r20 * cx + r21 * cy + r22) * z_plane - k2);
     // Beyond its own patch a plane proves nothing: stay within reach of the winner.
     const float dx = clamped(s0 * s2 - xs, patch_reach);
     const float dy = clamped(s1 * s2 - ys, patch_reach);
@@ -72,11 +85,11 @@ UWV_SIMD_CLONES void meet_patches(const WarpMap& map, int x, int y, int count, c
     const bool hit = z > 0.0F;
     const bool sane = (depth > 0.5F * own_depth) & (depth < 2.0F * own_depth);
     const float limit = 64.0F;
-    out.depth[static_cast<std::size_t>(i)] = hit ? (sane ? depth : own_depth) : 0.0F;
-    out.sx[static_cast<std::size_t>(i)] = hit ? clamped(n0 * facing, limit) : 0.0F;
-    out.sy[static_cast<std::size_t>(i)] = hit ? clamped(n1 * facing, limit) : 0.0F;
-    out.x[static_cast<std::size_t>(i)] = xs + dx;
-    out.y[static_cast<std::size_t>(i)] = ys + dy;
+    out_depth[i] = hit ? (sane ? depth : own_depth) : 0.0F;
+    out_sx[i] = hit ? clamped(n0 * facing, limit) : 0.0F;
+    out_sy[i] = hit ? clamped(n1 * facing, limit) : 0.0F;
+    out_x[i] = xs + dx;
+    out_y[i] = ys + dy;
   }
 }
 

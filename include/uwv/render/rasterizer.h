@@ -6,8 +6,8 @@
 // Footprint. A source pixel is a small patch of surface, not a dot. Its image in the target is, to first order, the
 // parallelogram spanned by the columns of the warp's Jacobian J at that pixel, which follows from depth and slope
 // alone:
-//     J00 = ((z*a00 + b0*sx) - u*(z*a20 + b2*sx)) / p2     J01 = ((z*a01 + b0*sy) - u*(z*a21 + b2*sy)) / p2
-//     J10 = ((z*a10 + b1*sx) - v*(z*a20 + b2*sx)) / p2     J11 = ((z*a11 + b1*sy) - v*(z*a21 + b2*sy)) / p2
+//     J00 = ((z*a00 + b0*sx) - u*(z*a20 + b2*sx)) * r     J01 = ((z*a01 + b0*sy) - u*(z*a21 + b2*sy)) * r
+//     J10 = ((z*a10 + b1*sx) - v*(z*a20 + b2*sx)) * r     J11 = ((z*a11 + b1*sy) - v*(z*a21 + b2*sy)) * r      r = 1/p2
 // We draw the parallelogram's bounding rectangle: half sides hx = point_size*(|J00|+|J01|)/2 and hy likewise, clamped
 // to [1/2, max_footprint/2]. Covered are the pixels x0..x1, y0..y1 with
 //     x0 = max(0, ceil(u - (hx + 0.5)))     x1 = min(width - 1, ceil(u + (hx - 0.5)) - 1)     (y likewise):
