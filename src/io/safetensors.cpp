@@ -8,6 +8,7 @@
 
 #include "io/disk_file.h"
 #include "io/json_text.h"
+#include "io/printable.h"
 #include "uwv/core/error.h"
 
 namespace uwv {
@@ -148,13 +149,13 @@ SafeTensors SafeTensors::open(const std::string& path) {
   if (!header.is_object()) fail(ErrorCode::file_damaged, "{}: its header is no JSON object", path);
   for (const auto& [name, entry] : header.items()) {
     if (name != "__metadata__") {
-      const std::string where = fmt::format("{}: tensor '{}'", path, name.substr(0, 200));
+      const std::string where = fmt::format("{}: tensor '{}'", path, io::printable(name));
       contents->tensors.emplace(name, parse_tensor(entry, where, data_bytes));
       continue;
     }
     if (!entry.is_object()) fail(ErrorCode::file_damaged, "{}: its __metadata__ is no JSON object", path);
     for (const auto& [key, value] : entry.items()) {
-      if (!value.is_string()) fail(ErrorCode::file_damaged, "{}: metadata '{}' is no string", path, key.substr(0, 200));
+      if (!value.is_string()) fail(ErrorCode::file_damaged, "{}: metadata '{}' is no string", path, io::printable(key));
       contents->metadata.emplace(key, value.get<std::string>());
     }
   }
