@@ -13,9 +13,9 @@ struct Footprint {
 };
 
 // Column `c` of the warp's Jacobian in one row.
-float jacobian(int row, int c, float z, float slope, float position, float across, float depth) {
+float jacobian(int row, int c, float z, float slope, float position, float across, float inverse_depth) {
   precise float along = z * warp_a[3 * row + c] + warp_b[row] * slope;
-  precise float result = (along - position * across) / depth;
+  precise float result = (along - position * across) * inverse_depth;
   return result;
 }
 
@@ -30,10 +30,11 @@ Footprint footprint(ivec2 source) {
   Moved p = move_point(source, z);
   if (!p.drawn) return nothing;
   vec2 slope = has_slopes ? texelFetch(slope_map, source, 0).rg : vec2(0.0);
+  precise float inverse = 1.0 / p.z;
   precise float across_x = z * warp_a[6] + warp_b[2] * slope.x;
   precise float across_y = z * warp_a[7] + warp_b[2] * slope.y;
-  float hx = half_side(jacobian(0, 0, z, slope.x, p.u, across_x, p.z), jacobian(0, 1, z, slope.y, p.u, across_y, p.z));
-  float hy = half_side(jacobian(1, 0, z, slope.x, p.v, across_x, p.z), jacobian(1, 1, z, slope.y, p.v, across_y, p.z));
+  float hx = half_side(jacobian(0, 0, z, slope.x, p.u, across_x, inverse), jacobian(0, 1, z, slope.y, p.u, across_y, inverse));
+  float hy = half_side(jacobian(1, 0, z, slope.x, p.v, across_x, inverse), jacobian(1, 1, z, slope.y, p.v, across_y, inverse));
   if (!is_number(hx) || !is_number(hy)) return nothing;
   hx = clamp(hx, 0.5, max_footprint / 2.0);
   hy = clamp(hy, 0.5, max_footprint / 2.0);

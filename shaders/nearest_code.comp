@@ -15,6 +15,6 @@ void main() {
   for (int y = point.covered.y; y <= point.covered.w; ++y)
     for (int x = point.covered.x; x <= point.covered.z; ++x) {
       int pixel = y * target_size.x + x;
-      if (bits == depth_bits[pixel] && code < winners[pixel]) atomicMin(winners[pixel], code);
+      if (bits == depth_bits[pixel]) atomicMin(winners[pixel], code);
     }
 }

@@ -14,6 +14,6 @@ void main() {
     for (int x = point.covered.x; x <= point.covered.z; ++x) {
       int pixel = y * target_size.x + x;
       // Depths only ever shrink, so a stale value costs an atomic but never loses a point.
-      if (bits < depth_bits[pixel]) atomicMin(depth_bits[pixel], bits);
+      atomicMin(depth_bits[pixel], bits);
     }
 }

@@ -44,12 +44,13 @@ inline NaivePoint naive_footprint(const PointGrid& points, const WarpMap& map, c
   const Slope slope = points.slopes == nullptr ? Slope{} : (*points.slopes)(x, y);
   const auto& a = map.a;
   const auto& b = map.b;
+  const float inverse = 1 / point.z;
   const float wx = z * a[2][0] + b[2] * slope.x;
   const float wy = z * a[2][1] + b[2] * slope.y;
-  const float j00 = ((z * a[0][0] + b[0] * slope.x) - point.u * wx) / point.z;
-  const float j01 = ((z * a[0][1] + b[0] * slope.y) - point.u * wy) / point.z;
-  const float j10 = ((z * a[1][0] + b[1] * slope.x) - point.v * wx) / point.z;
-  const float j11 = ((z * a[1][1] + b[1] * slope.y) - point.v * wy) / point.z;
+  const float j00 = ((z * a[0][0] + b[0] * slope.x) - point.u * wx) * inverse;
+  const float j01 = ((z * a[0][1] + b[0] * slope.y) - point.u * wy) * inverse;
+  const float j10 = ((z * a[1][0] + b[1] * slope.x) - point.v * wx) * inverse;
+  const float j11 = ((z * a[1][1] + b[1] * slope.y) - point.v * wy) * inverse;
   float hx = options.point_size * (std::abs(j00) + std::abs(j01)) / 2;
   float hy = options.point_size * (std::abs(j10) + std::abs(j11)) / 2;
   if (std::isnan(hx) || std::isnan(hy)) {
