@@ -124,7 +124,7 @@ StockScene slanted_planes(const StockOptions& options) {
   b.add("left", b.plate(0.7, 0.6), b.noise(brick, 0.06, 11), {-0.9, 0.1, 0.6}, turned(Vector3d::UnitY(), 40 * degree));
   b.add("middle", b.plate(0.6, 0.5), b.checker(cream, leaf, 0.15), {0.05, -0.1, 0},
         turned(Vector3d(1, 0.3, 0).normalized(), -35 * degree));
-  b.add("right", b.plate(1.2, 0.5), b.wood(0.07, 12), {0.9, 0.2, 0.8}, turned(Vector3d::UnitY(), -75 * degree));
+  b.add("right", b.plate(0.8, 0.5), b.wood(0.07, 12), {1.0, 0.2, 0.8}, turned(Vector3d::UnitY(), -60 * degree));
   return b.filmed_from(eye_at(3, 0));
 }
 

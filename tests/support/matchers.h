@@ -121,8 +121,7 @@ template <class Tag>
 /// Rotation entries differ by at most `tolerance`, translations by at most `tolerance` * (1 + |expected translation|).
 inline ::testing::AssertionResult rigid_near(const Rigid3& actual, const Rigid3& expected, double tolerance) {
   const double rotation = (actual.rotation - expected.rotation).cwiseAbs().maxCoeff();
-  const double translation =
-      (actual.translation - expected.translation).norm() / (1 + expected.translation.norm());
+  const double translation = (actual.translation - expected.translation).norm() / (1 + expected.translation.norm());
   if (rotation <= tolerance && translation <= tolerance) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure() << "poses differ by " << rotation << " in rotation and " << translation
                                        << " in translation, allowed " << tolerance << "; actual\n"

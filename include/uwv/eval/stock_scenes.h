@@ -32,9 +32,10 @@ struct StockScene {
 
 /// A ball on a floor before a wall: a quarter of the picture wide, 3 from the camera, the wall 2 behind it.
 StockScene sphere_floor_wall(const StockOptions& options = {});
-/// Four turned boxes in a room with floor, ceiling and three walls.
+/// Four turned boxes in a room with floor, ceiling and three walls; orbits up to 90 degrees stay inside.
 StockScene boxes_room(const StockOptions& options = {});
-/// Three rectangles tilted up to 75 degrees, one behind another, before a wall.
+/// Three rectangles tilted up to 60 degrees, one behind another, before a wall. They have no thickness: an orbit beyond
+/// 45 degrees to the right or 20 to the left sees one of them from behind.
 StockScene slanted_planes(const StockOptions& options = {});
 /// A ball rolls from left to right past a standing box, 1.6 in one second.
 StockScene moving_ball(const StockOptions& options = {});
@@ -42,7 +43,8 @@ StockScene moving_ball(const StockOptions& options = {});
 StockScene picket_fence(const StockOptions& options = {});
 /// One wall parallel to the picture, 3 away: depth is the same everywhere.
 StockScene textured_plane(const StockOptions& options = {});
-/// Floor, ceiling, two walls and an end 20 away: every depth from under 1 to 20 in one picture.
+/// Floor, ceiling, two walls and an end 20 away: every depth from 2 to 20 in one picture. For moving forward; an orbit
+/// leaves it through a wall at 15 degrees.
 StockScene corridor(const StockOptions& options = {});
 /// All of the above, in that order.
 std::vector<StockScene> stock_scenes(const StockOptions& options = {});
