@@ -58,7 +58,7 @@ TEST(SmoothingSpline, is_twice_continuously_differentiable_at_its_knots) {
   const std::vector<double> y{0, -8, -12, -20, -17, -12, -5, -2, 1, 5, 3, 1, 0};
   const CubicSpline spline = smoothing_spline(x, y);
   ASSERT_FALSE(spline.interior_knots().empty());
-  constexpr double h = 1e-4;
+  constexpr double h = 1e-5;
   for (const double knot : spline.interior_knots()) {
     const auto second = [&](double at) { return (spline(at - h) - 2 * spline(at) + spline(at + h)) / (h * h); };
     EXPECT_NEAR(second(knot - 2 * h), second(knot + 2 * h), 1.0) << "knot " << knot << ", curvature " << second(knot);

@@ -40,14 +40,14 @@ struct SubjectPoint {
 
 /// A pose the path passes through exactly.
 struct Keyframe {
-  std::optional<double> at;   ///< When: 0 = first frame, 1 = last.
-  std::optional<long> frame;  ///< When: a frame number. Without `at` and `frame`, keys are spread evenly.
-  std::variant<SpherePlace, Eigen::Vector3d, Rigid3> place;  ///< On the sphere, a position, or a whole pose.
+  std::optional<double> at{};   ///< When: 0 = first frame, 1 = last.
+  std::optional<long> frame{};  ///< When: a frame number. Without `at` and `frame`, keys are spread evenly.
+  std::variant<SpherePlace, Eigen::Vector3d, Rigid3> place{};  ///< On the sphere, a position, or a whole pose.
   /// Where it looks: nothing = at the subject (a whole pose: as it says), a point, or an explicit orientation.
-  std::variant<std::monostate, SubjectPoint, Eigen::Vector3d, Eigen::Matrix3d> aim;
+  std::variant<std::monostate, SubjectPoint, Eigen::Vector3d, Eigen::Matrix3d> aim{};
   double roll = 0;                 ///< Degrees about the viewing direction, clockwise as the camera sees it.
-  std::optional<double> focal;     ///< Zoom: multiplies the focal length. 1 without `fov`.
-  std::optional<double> fov;       ///< Horizontal field of view in degrees, (0, 180), instead of `focal`.
+  std::optional<double> focal{};   ///< Zoom: multiplies the focal length. 1 without `fov`.
+  std::optional<double> fov{};     ///< Horizontal field of view in degrees, (0, 180), instead of `focal`.
   Easing easing = Easing::linear;  ///< From this key to the next.
   friend bool operator==(const Keyframe&, const Keyframe&) = default;
 };
@@ -59,10 +59,10 @@ struct KeyframeMotion {
 
 /// One camera of an explicit path. Without intrinsics it has the source's.
 struct ExplicitCamera {
-  Rigid3 world_from_cam;
-  std::optional<Intrinsics> intrinsics;  ///< In pixels of `size`, else of the working size.
-  std::optional<double> fov;             ///< Horizontal, degrees, instead of intrinsics.
-  std::optional<Size> size;
+  Rigid3 world_from_cam{};
+  std::optional<Intrinsics> intrinsics{};  ///< In pixels of `size`, else of the working size.
+  std::optional<double> fov{};             ///< Horizontal, degrees, instead of intrinsics.
+  std::optional<Size> size{};
   friend bool operator==(const ExplicitCamera&, const ExplicitCamera&) = default;
 };
 
