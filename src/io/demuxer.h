@@ -34,12 +34,13 @@ class Demuxer {
 
 /// What a walk through the packets tells.
 struct PacketScan {
-  long frames = 0;                   ///< Packets that will be shown; the walk stops at the number asked for.
+  long frames = 0;                   ///< Packets that will be shown, at most the number asked for.
   bool variable_frame_rate = false;  ///< Among those walked over, intervals differ by more than 10 %.
   bool cut_short = false;            ///< Fewer than asked for because the file is damaged.
 };
 
-/// Walks over packets until `enough` frames are found (0 = to the end), without decoding and with constant memory.
+/// Walks over packets until a little more than `enough` frames are found (0 = to the end), without decoding and with
+/// constant memory.
 PacketScan scan_packets(const std::string& path, long enough, Monitor& monitor);
 
 }  // namespace uwv

@@ -12,7 +12,10 @@ namespace {
 
 constexpr int largest_side = 65535;
 
-bool is_picture_container(const std::string& container) { return container == "gif" || container == "apng"; }
+// FFmpeg names its demuxers of single pictures "..._pipe".
+bool is_picture_container(const std::string& container) {
+  return container == "gif" || container == "apng" || container.ends_with("_pipe");
+}
 
 bool is_square(AVRational pixel) { return pixel.num <= 0 || pixel.den <= 0 || pixel.num == pixel.den; }
 

@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
 
 #include "io/libav.h"
@@ -34,7 +33,9 @@ struct UnfinishedFile {
   UnfinishedFile(const UnfinishedFile&) = delete;
   UnfinishedFile& operator=(const UnfinishedFile&) = delete;
   ~UnfinishedFile() {
-    if (remove_me) std::remove(path.c_str());
+    std::error_code ignored;
+    // Only what we created: a device or pipe named as the output is not ours to remove.
+    if (remove_me && std::filesystem::is_regular_file(path, ignored)) std::filesystem::remove(path, ignored);
   }
 };
 
@@ -67,6 +68,8 @@ libav::Codec open_encoder(const std::string& path, Size size, const VideoWriterO
   context->thread_count = options.threads;
   context->flags |= AV_CODEC_FLAG_GLOBAL_HEADER | AV_CODEC_FLAG_BITEXACT;
   av_opt_set(context->priv_data, "preset", options.preset.c_str(), 0);
+  // x264 spends less on 4:4:4 chroma because there is more of it; this takes its offset of 6 back.
+  if (context->pix_fmt == AV_PIX_FMT_YUV444P) av_opt_set_int(context->priv_data, "chromaoffset", -6, 0);
   if (options.lossless)
     av_opt_set_int(context->priv_data, "qp", 0, 0);
   else
