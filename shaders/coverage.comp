@@ -9,6 +9,5 @@ void main() {
   if (source.x >= source_size.x) return;
   Footprint point = footprint(source);
   if (!point.drawn) return;
-  for (int y = point.covered.y; y <= point.covered.w; ++y)
-    for (int x = point.covered.x; x <= point.covered.z; ++x) covered[y * target_size.x + x] = 1u;
+  for (Walk walk = walk_over(point.covered); walk.pixel <= walk.last; advance(walk)) covered[walk.pixel] = 1u;
 }

@@ -51,3 +51,30 @@ Footprint footprint(ivec2 source) {
   y1 = min(y1, last.y);
   return Footprint(x0 <= x1 && y0 <= y1, p.z, ivec4(x0, y0, x1, y1));
 }
+
+// Visits the covered pixels in one loop instead of two nested ones: where neighbouring points share a SIMD register
+// (llvmpipe), nested loops run for the tallest times the widest footprint. Measured a fifth faster there.
+struct Walk {
+  int pixel;  // index into the target, row by row
+  int last;
+  int row_end;
+  int width;
+};
+
+Walk walk_over(ivec4 covered) {
+  Walk walk;
+  walk.pixel = covered.y * target_size.x + covered.x;
+  walk.last = covered.w * target_size.x + covered.z;
+  walk.width = covered.z - covered.x;
+  walk.row_end = walk.pixel + walk.width;
+  return walk;
+}
+
+void advance(inout Walk walk) {
+  if (walk.pixel < walk.row_end) {
+    ++walk.pixel;
+  } else {
+    walk.row_end += target_size.x;
+    walk.pixel = walk.row_end - walk.width;
+  }
+}

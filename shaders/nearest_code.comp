@@ -12,9 +12,7 @@ void main() {
   if (!point.drawn) return;
   uint bits = floatBitsToUint(point.z);
   uint code = uint(source.y) << 16 | uint(source.x);
-  for (int y = point.covered.y; y <= point.covered.w; ++y)
-    for (int x = point.covered.x; x <= point.covered.z; ++x) {
-      int pixel = y * target_size.x + x;
-      if (bits == depth_bits[pixel]) atomicMin(winners[pixel], code);
-    }
+  for (Walk walk = walk_over(point.covered); walk.pixel <= walk.last; advance(walk)) {
+    if (bits == depth_bits[walk.pixel]) atomicMin(winners[walk.pixel], code);
+  }
 }

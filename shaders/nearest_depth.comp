@@ -10,10 +10,5 @@ void main() {
   Footprint point = footprint(source);
   if (!point.drawn) return;
   uint bits = floatBitsToUint(point.z);
-  for (int y = point.covered.y; y <= point.covered.w; ++y)
-    for (int x = point.covered.x; x <= point.covered.z; ++x) {
-      int pixel = y * target_size.x + x;
-      // Depths only ever shrink, so a stale value costs an atomic but never loses a point.
-      atomicMin(depth_bits[pixel], bits);
-    }
+  for (Walk walk = walk_over(point.covered); walk.pixel <= walk.last; advance(walk)) atomicMin(depth_bits[walk.pixel], bits);
 }

@@ -1,34 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adds each point to its four pixels. Sums are planes of their own, so that an 8K picture fits a storage block.
 
-#if FLOAT_ATOMICS
-#define WORD float
-#define ADD(plane, value) atomicAdd(plane[pixel], value)
-#else
-#define WORD uint
-#define ADD(plane, value)                                                                     \
-  for (uint seen = plane[pixel], before;; seen = before) {                                    \
-    before = atomicCompSwap(plane[pixel], seen, floatBitsToUint(uintBitsToFloat(seen) + value)); \
-    if (before == seen) break;                                                                \
-  }
-#endif
-
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer Weights { WORD weights[]; };
-layout(std430, binding = 1) buffer Depths { WORD depths[]; };
-layout(std430, binding = 2) buffer Reds { WORD reds[]; };
-layout(std430, binding = 3) buffer Greens { WORD greens[]; };
-layout(std430, binding = 4) buffer Blues { WORD blues[]; };
+layout(std430, binding = 0) buffer Weights { float weights[]; };
+layout(std430, binding = 1) buffer Depths { float depths[]; };
+layout(std430, binding = 2) buffer Reds { float reds[]; };
+layout(std430, binding = 3) buffer Greens { float greens[]; };
+layout(std430, binding = 4) buffer Blues { float blues[]; };
 
 void add(vec2 corner, float weight, float z, vec3 colour) {
   if (any(lessThan(corner, vec2(1.0))) || any(greaterThan(corner, vec2(target_size)))) return;
   int pixel = (int(corner.y) - 1) * target_size.x + int(corner.x) - 1;
-  ADD(weights, weight);
-  ADD(depths, z * weight);
+  atomicAdd(weights[pixel], weight);
+  atomicAdd(depths[pixel], z * weight);
   if (!has_colour) return;
-  ADD(reds, colour.r * weight);
-  ADD(greens, colour.g * weight);
-  ADD(blues, colour.b * weight);
+  atomicAdd(reds[pixel], colour.r * weight);
+  atomicAdd(greens[pixel], colour.g * weight);
+  atomicAdd(blues[pixel], colour.b * weight);
 }
 
 void main() {

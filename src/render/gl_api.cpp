@@ -31,6 +31,7 @@ GlApi load_gl_api(void* (*get_proc_address)(const char* name)) {
   if (gl.name == nullptr) missing = "gl" #name;
   UWV_GL_COMPUTE(UWV_GL_LOOK_UP)
   const bool compute_functions = missing == nullptr;
+  UWV_GL_CLIP_CONTROL(UWV_GL_LOOK_UP)
   missing = nullptr;
   UWV_GL_REQUIRED(UWV_GL_LOOK_UP)
 #undef UWV_GL_LOOK_UP
@@ -44,6 +45,7 @@ GlApi load_gl_api(void* (*get_proc_address)(const char* name)) {
     fail(ErrorCode::backend_missing, "the driver claims OpenGL {}.{} but lacks {}; another driver is wanted",
          gl.version / 10, gl.version % 10, missing);
   gl.compute = gl.version >= 43 && compute_functions;
+  if (gl.version < 45) gl.ClipControl = nullptr;  // look-ups may answer for functions the context does not have
   gl.float_atomics = gl.compute && has_extension(gl, "GL_NV_shader_atomic_float");
   return gl;
 }

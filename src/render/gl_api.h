@@ -77,10 +77,13 @@
   X(PFNGLVIEWPORTPROC, Viewport)
 
 // Compute shaders (OpenGL 4.3); null in older contexts.
-#define UWV_GL_COMPUTE(X)                      \
-  X(PFNGLCLEARBUFFERDATAPROC, ClearBufferData) \
-  X(PFNGLDISPATCHCOMPUTEPROC, DispatchCompute) \
+#define UWV_GL_COMPUTE(X)                            \
+  X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData) \
+  X(PFNGLDISPATCHCOMPUTEPROC, DispatchCompute)       \
   X(PFNGLMEMORYBARRIERPROC, MemoryBarrier)
+
+// Where a window may have turned the picture upside down (OpenGL 4.5); null in older contexts.
+#define UWV_GL_CLIP_CONTROL(X) X(PFNGLCLIPCONTROLPROC, ClipControl)
 
 namespace uwv {
 
@@ -88,6 +91,7 @@ struct GlApi {
 #define UWV_GL_MEMBER(type, name) type name = nullptr;
   UWV_GL_REQUIRED(UWV_GL_MEMBER)
   UWV_GL_COMPUTE(UWV_GL_MEMBER)
+  UWV_GL_CLIP_CONTROL(UWV_GL_MEMBER)
 #undef UWV_GL_MEMBER
 
   int version = 0;             ///< 10 * major + minor.

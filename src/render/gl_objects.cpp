@@ -68,6 +68,7 @@ void GlRaster::allocate(const GlApi& gl, GLuint unit, Size size, GLenum internal
   }
   bind(gl, unit);
   if (size == size_) return;
+  size_ = {};  // should the driver refuse
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
@@ -95,11 +96,13 @@ void GlWords::fill(const GlApi& gl, GLuint binding, std::size_t count, std::uint
   }
   gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_.id());
   if (count > capacity_) {
+    capacity_ = 0;  // should the driver refuse
     gl.BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(4 * count), nullptr, GL_DYNAMIC_READ);
     check_gl(gl, fmt::format("making a buffer of {} bytes", 4 * count));
     capacity_ = count;
   }
-  gl.ClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &value);
+  gl.ClearBufferSubData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, 0, static_cast<GLsizeiptr>(4 * count), GL_RED_INTEGER,
+                        GL_UNSIGNED_INT, &value);
   gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_.id());
 }
 

@@ -71,7 +71,7 @@ class GlRaster {
  public:
   /// Makes storage of `size` unless it is there already. `internal` is a sized format.
   void allocate(const GlApi& gl, GLuint unit, Size size, GLenum internal, GLenum format, GLenum type);
-  /// Replaces the rows [first, first + rows) of a raster whose storage exists.
+  /// Replaces all texels; `allocate` came right before.
   void upload(const GlApi& gl, const void* pixels) const;
   void bind(const GlApi& gl, GLuint unit) const;
   GLuint id() const { return texture_.id(); }
@@ -86,7 +86,8 @@ class GlRaster {
 /// A storage buffer of 32-bit words that keeps its memory between uses.
 class GlWords {
  public:
-  /// At least `count` words, all set to `value`, bound to storage binding `binding`.
+  /// Sets the first `count` words to `value`, making memory for them when needed, and binds the buffer to storage
+  /// binding `binding`.
   void fill(const GlApi& gl, GLuint binding, std::size_t count, std::uint32_t value);
   GLuint id() const { return buffer_.id(); }
 

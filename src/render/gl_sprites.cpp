@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The classic way: one point sprite per source pixel, drawn into a framebuffer with a 32-bit float depth buffer
 // (nearest wins) or with additive blending (soft splat).
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "render/gl_path.h"
 
@@ -24,9 +26,9 @@ class SpritePath final : public GlPath {
   const char* name() const override { return "sprites"; }
 
   void check_limits(const GlJob& job) const override {
-    const int side =
-        gl_.integer(GL_MAX_VIEWPORT_DIMS);  // the first of two values, the width; both are alike in practice
-    const int largest = std::min(side, gl_.integer(GL_MAX_TEXTURE_SIZE));
+    std::array<GLint, 2> viewport{};
+    gl_.GetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport.data());
+    const int largest = std::min({viewport[0], viewport[1], gl_.integer(GL_MAX_TEXTURE_SIZE)});
     if (std::max(job.target.width, job.target.height) > largest)
       fail(ErrorCode::backend_missing,
            "this OpenGL driver draws at most {0}x{0} pixels, {1}x{2} were asked for; use "
@@ -34,8 +36,7 @@ class SpritePath final : public GlPath {
            largest, job.target.width, job.target.height);
     std::array<float, 2> range{};
     gl_.GetFloatv(GL_POINT_SIZE_RANGE, range.data());
-    // Covered are at most as many whole pixels as the footprint is wide.
-    if (job.footprint.max_footprint >= range[1] + 1)
+    if (std::ceil(job.footprint.max_footprint) > range[1])
       fail(ErrorCode::backend_missing,
            "max_footprint is {}, this OpenGL driver's sprites are at most {} pixels wide; "
            "choose a smaller max_footprint or --renderer cpu",

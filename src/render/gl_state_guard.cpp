@@ -4,7 +4,8 @@
 namespace uwv {
 
 GlStateGuard::GlStateGuard(const GlApi& gl) : gl_(gl) {
-  while (gl_.GetError() == GL_INVALID_ENUM) continue;  // somebody else's mistake must not look like ours
+  // Somebody else's mistakes must not look like ours; a broken context may report errors without end.
+  for (int i = 0; i < 16 && gl_.GetError() != GL_NO_ERROR; ++i) continue;
   save();
   set_neutral();
 }
@@ -32,6 +33,10 @@ void GlStateGuard::save() {
   constexpr std::array<GLenum, 6> blend_names{GL_BLEND_EQUATION_RGB, GL_BLEND_EQUATION_ALPHA, GL_BLEND_SRC_RGB,
                                               GL_BLEND_DST_RGB,      GL_BLEND_SRC_ALPHA,      GL_BLEND_DST_ALPHA};
   for (std::size_t i = 0; i < blend_.size(); ++i) blend_[i] = gl_.integer(blend_names[i]);
+  if (gl_.ClipControl != nullptr) {
+    clip_origin_ = gl_.integer(GL_CLIP_ORIGIN);
+    clip_depth_mode_ = gl_.integer(GL_CLIP_DEPTH_MODE);
+  }
   if (!gl_.compute) return;
   storage_buffer_ = gl_.integer(GL_SHADER_STORAGE_BUFFER_BINDING);
   for (GLuint i = 0; i < storage_.size(); ++i) {
@@ -52,6 +57,7 @@ void GlStateGuard::set_neutral() const {
   for (GLuint unit = 0; unit < unit_count; ++unit) gl_.BindSampler(unit, 0);
   gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   gl_.DepthRange(0, 1);
+  if (gl_.ClipControl != nullptr) gl_.ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
 }
 
 GlStateGuard::~GlStateGuard() {
@@ -77,6 +83,8 @@ GlStateGuard::~GlStateGuard() {
   const auto blend = [this](std::size_t i) { return static_cast<GLenum>(blend_[i]); };
   gl_.BlendEquationSeparate(blend(0), blend(1));
   gl_.BlendFuncSeparate(blend(2), blend(3), blend(4), blend(5));
+  if (gl_.ClipControl != nullptr)
+    gl_.ClipControl(static_cast<GLenum>(clip_origin_), static_cast<GLenum>(clip_depth_mode_));
   if (!gl_.compute) return;
   for (GLuint i = 0; i < storage_.size(); ++i) {
     const auto& [buffer, offset, size] = storage_[i];

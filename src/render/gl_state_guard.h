@@ -22,13 +22,14 @@ class GlStateGuard {
   void set_neutral() const;
 
   // Everything that would drop, mix or redirect our pixels; all off but the program's own point size.
-  static constexpr std::array<GLenum, 17> switches{
+  static constexpr std::array<GLenum, 20> switches{
       GL_PROGRAM_POINT_SIZE, GL_DEPTH_TEST,       GL_BLEND,
       GL_SCISSOR_TEST,       GL_STENCIL_TEST,     GL_COLOR_LOGIC_OP,
       GL_RASTERIZER_DISCARD, GL_FRAMEBUFFER_SRGB, GL_DEPTH_CLAMP,
       GL_SAMPLE_MASK,        GL_SAMPLE_COVERAGE,  GL_SAMPLE_ALPHA_TO_COVERAGE,
       GL_CLIP_DISTANCE0,     GL_CLIP_DISTANCE1,   GL_CLIP_DISTANCE2,
-      GL_CLIP_DISTANCE3,     GL_CLIP_DISTANCE4};
+      GL_CLIP_DISTANCE3,     GL_CLIP_DISTANCE4,   GL_CLIP_DISTANCE5,
+      GL_CLIP_DISTANCE6,     GL_CLIP_DISTANCE7};
   static constexpr std::array<GLenum, 10> pixel_stores{
       GL_UNPACK_SWAP_BYTES, GL_UNPACK_ROW_LENGTH, GL_UNPACK_SKIP_ROWS, GL_UNPACK_SKIP_PIXELS, GL_UNPACK_ALIGNMENT,
       GL_PACK_SWAP_BYTES,   GL_PACK_ROW_LENGTH,   GL_PACK_SKIP_ROWS,   GL_PACK_SKIP_PIXELS,   GL_PACK_ALIGNMENT};
@@ -42,7 +43,8 @@ class GlStateGuard {
   std::array<bool, switches.size()> enabled_{};
   std::array<GLint, pixel_stores.size()> stores_{};
   GLint program_ = 0, vertex_array_ = 0, draw_framebuffer_ = 0, read_framebuffer_ = 0, active_texture_ = 0;
-  GLint pack_buffer_ = 0, unpack_buffer_ = 0, storage_buffer_ = 0, depth_function_ = 0;
+  GLint pack_buffer_ = 0, unpack_buffer_ = 0, storage_buffer_ = 0, depth_function_ = 0, clip_origin_ = 0,
+        clip_depth_mode_ = 0;
   std::array<GLint, unit_count> textures_{}, samplers_{};
   std::array<GLint, 4> viewport_{};
   std::array<GLint, 6> blend_{};  // equations of colour and alpha, then their four factors

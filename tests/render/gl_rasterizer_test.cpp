@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <thread>
 #include <tuple>
 
@@ -166,10 +167,10 @@ TEST_P(GlRasterizerTest, AlternatesWithAnotherContext) {
 TEST_P(GlRasterizerTest, NeitherMindsNorChangesTheContextsState) {
   const GlCurrent current(*context_);
   const GlApi& gl = context_->api();
-  GLuint sampler_free_texture = 0;
-  gl.GenTextures(1, &sampler_free_texture);
+  GLuint texture = 0;
+  gl.GenTextures(1, &texture);
   gl.ActiveTexture(GL_TEXTURE1);
-  gl.BindTexture(GL_TEXTURE_2D, sampler_free_texture);
+  gl.BindTexture(GL_TEXTURE_2D, texture);
   gl.Enable(GL_SCISSOR_TEST);
   gl.Enable(GL_BLEND);
   gl.Enable(GL_RASTERIZER_DISCARD);
@@ -180,6 +181,7 @@ TEST_P(GlRasterizerTest, NeitherMindsNorChangesTheContextsState) {
   gl.PixelStorei(GL_UNPACK_ROW_LENGTH, 17);
   gl.PixelStorei(GL_PACK_SKIP_PIXELS, 3);
   gl.Viewport(1, 2, 3, 4);
+  if (gl.ClipControl != nullptr) gl.ClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
 
   const Scene scene = all_scenes().front();
   expect_zbuffer_as_reference(scene);
@@ -189,7 +191,7 @@ TEST_P(GlRasterizerTest, NeitherMindsNorChangesTheContextsState) {
   expect_same(wanted, got);
 
   EXPECT_EQ(gl.integer(GL_ACTIVE_TEXTURE), GL_TEXTURE1);
-  EXPECT_EQ(gl.integer(GL_TEXTURE_BINDING_2D), static_cast<GLint>(sampler_free_texture));
+  EXPECT_EQ(gl.integer(GL_TEXTURE_BINDING_2D), static_cast<GLint>(texture));
   EXPECT_TRUE(gl.IsEnabled(GL_SCISSOR_TEST) && gl.IsEnabled(GL_BLEND) && gl.IsEnabled(GL_RASTERIZER_DISCARD));
   EXPECT_FALSE(gl.IsEnabled(GL_DEPTH_TEST) || gl.IsEnabled(GL_PROGRAM_POINT_SIZE));
   std::array<GLboolean, 4> colour_mask{};
@@ -205,9 +207,30 @@ TEST_P(GlRasterizerTest, NeitherMindsNorChangesTheContextsState) {
   std::array<GLint, 4> viewport{};
   gl.GetIntegerv(GL_VIEWPORT, viewport.data());
   EXPECT_THAT(viewport, ::testing::ElementsAre(1, 2, 3, 4));
+  EXPECT_TRUE(gl.ClipControl == nullptr || gl.integer(GL_CLIP_ORIGIN) == GL_UPPER_LEFT);
   EXPECT_EQ(gl.integer(GL_CURRENT_PROGRAM), 0);
   EXPECT_EQ(gl.integer(GL_DRAW_FRAMEBUFFER_BINDING), 0);
   EXPECT_EQ(gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
+}
+
+TEST_P(GlRasterizerTest, AgreesWithTheCpuRenderer) {
+  ThreadPool pool(2);
+  const std::unique_ptr<Rasterizer> cpu = make_cpu_rasterizer(pool);
+  for (const Scene& scene : all_scenes()) {
+    SCOPED_TRACE(scene.name);
+    ZBuffer wanted, got;
+    cpu->zbuffer(scene.grid(), scene.target, scene.footprint, wanted);
+    rasterizer_->zbuffer(scene.grid(), scene.target, scene.footprint, got);
+    expect_same(wanted, got);
+    ValidityMask wanted_mask, got_mask;
+    cpu->coverage(scene.grid(), scene.target, scene.footprint, wanted_mask);
+    rasterizer_->coverage(scene.grid(), scene.target, scene.footprint, got_mask);
+    expect_same(wanted_mask, got_mask);
+    SoftSplat wanted_soft, got_soft;
+    cpu->soft_splat(scene.grid(), &scene.colour, scene.target, {}, wanted_soft);
+    rasterizer_->soft_splat(scene.grid(), &scene.colour, scene.target, {}, got_soft);
+    expect_same(wanted_soft, got_soft);
+  }
 }
 
 TEST_P(GlRasterizerTest, NamesDriverAndPath) {
@@ -222,6 +245,24 @@ INSTANTIATE_TEST_SUITE_P(Backends, GlRasterizerTest,
                            return as_test_name(std::get<0>(instance.param)) + "_" +
                                   std::string(to_string(std::get<1>(instance.param)));
                          });
+
+// Mesa reads the override when the process makes its first context, so this only bites in a process of its own
+// (ctest's).
+TEST(GlPathTest, SoftSplatsWithoutFloatAtomics) {
+  setenv("MESA_EXTENSION_OVERRIDE", "-GL_NV_shader_atomic_float", 1);
+  std::string reason;
+  std::unique_ptr<GlContext> context = open_backend("egl surfaceless", reason);
+  unsetenv("MESA_EXTENSION_OVERRIDE");
+  if (context == nullptr) GTEST_SKIP() << "egl surfaceless is absent: " << reason;
+  if (!context->api().compute || context->api().float_atomics)
+    GTEST_SKIP() << "the driver's extensions stay as they are";
+  const std::unique_ptr<Rasterizer> rasterizer = make_gl_rasterizer(std::move(context), {Path::compute});
+  const Scene scene = all_scenes().front();
+  SoftSplat wanted, got;
+  naive_soft_splat(scene.grid(), &scene.colour, scene.target, {}, wanted);
+  rasterizer->soft_splat(scene.grid(), &scene.colour, scene.target, {}, got);
+  expect_same(wanted, got);
+}
 
 TEST(GlPathTest, ComputeNeedsComputeShaders) {
   GlApi gl;
