@@ -65,7 +65,7 @@ Texture Texture::noise(const Colour& mean, double period, std::uint64_t seed) {
   for (int i = 0; i < waves; ++i) {
     // Longer waves are stronger, as in photographs, where amplitude falls about as fast as frequency grows.
     const double wavelength = period * std::pow(6.0, i / (waves - 1.0));
-    const double amplitude = 0.12 * std::pow(wavelength / (6 * period), 0.7);
+    const double amplitude = 0.06 * std::pow(wavelength / (6 * period), 0.7);
     Wave wave;
     wave.frequency = tau / wavelength * random_direction(dice);
     wave.phase = dice.in(0, tau);
