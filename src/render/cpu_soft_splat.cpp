@@ -117,8 +117,8 @@ void accumulate(const Image<SoftPoint>& points, const ImageRgbF* colour, Size ta
   });
 }
 
-void normalise(const Image<SoftSum>& sums, ThreadPool& pool, SoftSplat& out) {
-  out.colour.resize(sums.size());
+void normalise(const Image<SoftSum>& sums, bool with_colour, ThreadPool& pool, SoftSplat& out) {
+  out.colour.resize(with_colour ? sums.size() : Size{});
   out.depth.resize(sums.size());
   out.valid.resize(sums.size());
   pool.for_ranges(0, sums.height(), 16, [&](int from, int to) {
@@ -127,7 +127,7 @@ void normalise(const Image<SoftSum>& sums, ThreadPool& pool, SoftSplat& out) {
         const SoftSum& sum = sums(x, y);
         const bool hit = sum.weight > 0;
         const float divisor = hit ? sum.weight : 1.0F;
-        out.colour(x, y) = hit ? RgbF{sum.r / divisor, sum.g / divisor, sum.b / divisor} : RgbF{};
+        if (with_colour) out.colour(x, y) = hit ? RgbF{sum.r / divisor, sum.g / divisor, sum.b / divisor} : RgbF{};
         out.depth(x, y) = hit ? sum.depth / divisor : 0.0F;
         out.valid(x, y) = hit;
       }
@@ -144,7 +144,7 @@ void soft_splat(const PointGrid& points, const ImageRgbF* colour, const Camera& 
   weigh(scratch.points, options.sharpness, options.log_depth_max > 0 ? options.log_depth_max : own_max, pool);
   scratch.sums.resize(target.size);
   accumulate(scratch.points, colour, target.size, pool, scratch.sums);
-  normalise(scratch.sums, pool, out);
+  normalise(scratch.sums, colour != nullptr, pool, out);
 }
 
 }  // namespace uwv::detail

@@ -79,7 +79,7 @@ class Rasterizer {
                         ValidityMask& out) = 0;
 
   /// The official bilinear soft-z splat. `colour` has the grid's size. Footprints do not apply: each point touches the
-  /// (up to) four pixels around it. Null `colour` splats depth only.
+  /// (up to) four pixels around it. Null `colour` splats depth only and leaves out.colour empty.
   virtual void soft_splat(const PointGrid& points, const ImageRgbF* colour, const Camera& target,
                           const SoftSplatOptions& options, SoftSplat& out) = 0;
 };
