@@ -68,6 +68,7 @@ libav::Codec open_encoder(const std::string& path, Size size, const VideoWriterO
   context->thread_count = options.threads;
   context->flags |= AV_CODEC_FLAG_GLOBAL_HEADER | AV_CODEC_FLAG_BITEXACT;
   av_opt_set(context->priv_data, "preset", options.preset.c_str(), 0);
+  av_opt_set(context->priv_data, "coder", options.cabac ? "cabac" : "cavlc", 0);
   // x264 spends less on 4:4:4 chroma because there is more of it; this takes its offset of 6 back.
   if (context->pix_fmt == AV_PIX_FMT_YUV444P) av_opt_set_int(context->priv_data, "chromaoffset", -6, 0);
   if (options.lossless)

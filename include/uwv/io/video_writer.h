@@ -13,8 +13,12 @@ namespace uwv {
 struct VideoWriterOptions {
   double fps = 16;  ///< Frames per second, in [0.01, 1000]; 16 is what the model was trained on.
   int crf = 10;     ///< x264's quality, 0 (best) to 51. 10 is visually lossless: above 40 dB on smooth pictures.
-  std::string preset = "veryfast";  ///< x264's trade of time for bytes, ultrafast to placebo.
-  bool lossless = false;            ///< Keeps every luma code exactly (`crf` is ignored); masks need it.
+  /// x264's trade of time for bytes, ultrafast to placebo. CPU time with conversion, size and RGB PSNR of an 832x480
+  /// film frame at crf 10: ultrafast 6 ms, 81 kB, 44.8 dB; superfast 9 ms, 54 kB, 44.7 dB; veryfast 16 ms, 33 kB, 43.5
+  /// dB.
+  std::string preset = "superfast";
+  bool cabac = false;     ///< Arithmetic coding: 6 % fewer bytes for 30 % more time at `superfast`.
+  bool lossless = false;  ///< Keeps every luma code exactly (`crf` is ignored); masks need it.
   int threads = 0;  ///< 0 = one per processor. The bytes depend on it (x264 records it), the pixels next to nothing.
 
   /// For masks: lossless, and the preset that is fastest where it costs hardly any bytes.
