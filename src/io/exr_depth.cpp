@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <ImathBox.h>
-#include <ImfArray.h>
 #include <ImfChannelList.h>
+#include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
@@ -28,6 +28,7 @@ class ExrInput final : public Imf::IStream {
   }
   std::uint64_t tellg() override { return position_; }
   void seekg(std::uint64_t position) override { position_ = position; }
+  std::uint64_t size() const { return file_.size(); }
 
  private:
   InputFile file_;
@@ -74,6 +75,27 @@ Size size_of(const Imath::Box2i& window, const std::string& path) {
   return checked_size(side(window.min.x, window.max.x), side(window.min.y, window.max.y), path);
 }
 
+/// How far a compression can shrink 16-bit values at best; 0 where wavelets and the like know no bound.
+std::uint64_t best_ratio(Imf::Compression compression) {
+  switch (compression) {
+    case Imf::NO_COMPRESSION: return 1;
+    case Imf::RLE_COMPRESSION: return 128;
+    case Imf::ZIPS_COMPRESSION:
+    case Imf::ZIP_COMPRESSION:
+    case Imf::PXR24_COMPRESSION: return 2064;
+    default: return 0;
+  }
+}
+
+/// Refuses a header that promises more pixels than the file's bytes can hold, before memory is taken for them.
+void check_plausible(Size size, Imf::Compression compression, std::uint64_t file_bytes, const std::string& path) {
+  constexpr std::size_t smallest_value = 2;
+  const std::uint64_t ratio = best_ratio(compression);
+  if (ratio != 0 && size.pixels() * smallest_value / ratio > file_bytes)
+    fail(ErrorCode::file_damaged, "{}: claims {}x{} pixels in {} bytes, which its compression cannot reach", path,
+         size.width, size.height, file_bytes);
+}
+
 /// The picture is the display window; pixels stored outside of it are dropped, missing ones are invalid.
 DepthMap crop(const DepthMap& stored, const Imath::Box2i& stored_at, const Imath::Box2i& shown, Size size) {
   if (stored_at == shown) return stored;
@@ -97,6 +119,7 @@ DepthMap read_pixels(const std::string& path) {
   const Imf::Channel* info = file.header().channels().findChannel(channel.c_str());
   if (info->xSampling != 1 || info->ySampling != 1)
     fail(ErrorCode::format_unknown, "{}: channel {} is subsampled; one value per pixel is wanted", path, channel);
+  check_plausible(stored_size, file.header().compression(), input.size(), path);
   DepthMap stored(stored_size);
   Imf::FrameBuffer frame;
   frame.insert(channel, Imf::Slice::Make(Imf::FLOAT, stored.data(), stored_at, sizeof(float),

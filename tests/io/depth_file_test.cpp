@@ -119,6 +119,21 @@ TEST(DepthFile, RefusesPicturesOfAbsurdSize) {
   }
 }
 
+TEST(DepthFile, RefusesExrsOfAbsurdSize) {
+  const TempFolder folder;
+  write_depth_file(folder.file("d.exr"), ramp_depth({5, 3}));
+  for (const std::int32_t last : {16383, 100000, std::numeric_limits<std::int32_t>::max(), -1}) {
+    SCOPED_TRACE(last);
+    std::string exr = folder.read("d.exr");
+    for (const std::string window : {"dataWindow", "displayWindow"}) {
+      const std::size_t at = exr.find(window) + window.size() + std::string("?box2i?size").size();
+      for (const std::size_t max : {at + 8, at + 12}) std::memcpy(&exr[max], &last, sizeof last);
+    }
+    const std::string path = folder.write("lie.exr", exr);
+    expect_error(ErrorCode::file_damaged, path, [&] { (void)read_depth_file(path); });
+  }
+}
+
 TEST(DepthFile, ReadsBigEndianPfm) {
   const TempFolder folder;
   // two rows of one value, bottom row first: 2 below 1
