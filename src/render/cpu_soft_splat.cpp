@@ -20,8 +20,7 @@ Projected project_point(const WarpMap& map, int x, int y, float z) {
     return z * ray + map.b[i];
   };
   const float depth = row(2);
-  const float inverse = 1.0F / depth;
-  return {row(0) * inverse, row(1) * inverse, depth};
+  return {row(0) / depth, row(1) / depth, depth};
 }
 
 /// First pass: where every point lands, and L_max over all of them, dropped ones included as in the reference.
@@ -42,7 +41,7 @@ float project_all(const PointGrid& points, const WarpMap& map, Size target, Thre
         const Projected p = project_point(map, x, y, z);
         far_here = std::fmax(far_here, p.z);
         const bool kept = points.keep == nullptr || (*points.keep)(x, y) != 0;
-        if (!kept || !(p.z > 0) || !std::isfinite(p.u) || !std::isfinite(p.v)) continue;
+        if (!kept || !(p.z > 0 && p.z <= max_depth) || !std::isfinite(p.u) || !std::isfinite(p.v)) continue;
         // Half a pixel back to integer centres, one pixel of padding forward.
         point = {std::fmin(std::fmax(p.u + 0.5F, 0.0F), right), std::fmin(std::fmax(p.v + 0.5F, 0.0F), bottom), p.z,
                  1.0F};

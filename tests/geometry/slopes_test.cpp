@@ -99,7 +99,7 @@ TEST_F(SlopesTest, AnythingInIsFiniteOut) {
 TEST_F(SlopesTest, NormalsAndSlopesConvertBothWays) {
   std::mt19937 random(5);
   std::normal_distribution<float> gauss;
-  NormalMap normals(20, 10);
+  NormalMap normals(20, 10, Eigen::Vector3f::Zero());
   for (Eigen::Vector3f& n : normals.pixels())
     n = Eigen::Vector3f(gauss(random), gauss(random), gauss(random)).normalized();
   const SlopeMap slopes = slopes_from_normals(normals, lens);
