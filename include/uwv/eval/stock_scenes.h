@@ -41,8 +41,8 @@ StockScene slanted_planes(const StockOptions& options = {});
 StockScene moving_ball(const StockOptions& options = {});
 /// Upright bars three pixels wide, nine apart, before a wall: the worst case for anything that looks at neighbours.
 StockScene picket_fence(const StockOptions& options = {});
-/// One wall parallel to the picture, 3 away: depth is the same everywhere. An orbit of 90 degrees ends inside the wall's
-/// plane.
+/// One wall parallel to the picture, 3 away: depth is the same everywhere. An orbit of 90 degrees ends inside
+/// the wall's plane.
 StockScene textured_plane(const StockOptions& options = {});
 /// Floor, ceiling, two walls and an end 20 away: every depth from 2 to 20 in one picture. For moving forward; an orbit
 /// leaves it through a wall at 15 degrees.
