@@ -191,8 +191,8 @@ void refuse_overwriting_inputs(const std::string& out, const std::vector<std::st
     const fs::path given = fs::absolute(input).lexically_normal();
     const fs::path entry = fs::weakly_canonical(given.parent_path()) / given.filename();
     for (const fs::path& path : {fs::weakly_canonical(given), entry}) {
-      const bool reads_folder = fs::is_directory(path) ? inside(folder, path) && inside(path, folder)
-                                                       : !fs::exists(path) && path.parent_path() == folder;
+      const bool is_pattern = path.filename().string().find_first_of("*?%") != std::string::npos && !fs::exists(path);
+      const bool reads_folder = is_pattern ? path.parent_path() == folder : fs::is_directory(path) && path == folder;
       if (reads_folder)
         fail(ErrorCode::output_failed, "{}: is an input folder, results cannot go there; choose another --out", out);
       for (const std::string& name : names)

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/doctor.h"
+
+#include <fmt/format.h>
+
+#include "uwv/core/error.h"
+#include "uwv/pipeline/environment.h"
+
+namespace uwv::app {
+namespace {
+
+bool has_gpu() {
+  try {
+    return !make_gl_context()->is_software();
+  } catch (const Error&) {  // why not is already in the list above
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string doctor_report() {
+  std::string text = "versions\n";
+  for (const auto& [name, version] : component_versions()) text += fmt::format("  {:<14} {}\n", name, version);
+
+  const Machine machine = this_machine();
+  text += fmt::format("machine\n  {:<14} {}\n  {:<14} {}\n  {:<14} {:.1f} GiB\n", "processor",
+                      machine.processor.empty() ? "unknown" : machine.processor, "threads", machine.threads, "memory",
+                      machine.memory_gib);
+
+  text += "renderers\n  cpu            yes\n";
+  for (const GlProbe& probe : probe_gl_backends())
+    text += fmt::format(
+        "  {:<14} {}\n", probe.name,
+        probe.usable ? fmt::format("yes: {}, OpenGL {}", probe.renderer, probe.version) : "no: " + probe.reason);
+  text += fmt::format("  {:<14} {}\n", "auto takes", has_gpu() ? "gl" : "cpu (no GPU: OpenGL would only be emulated)");
+
+  text += "video\n";
+  for (const Capability& encoder : encoders())
+    text += fmt::format("  {:<24} {}\n", encoder.name, encoder.usable ? "yes" : "no: " + encoder.effect);
+  return text;
+}
+
+}  // namespace uwv::app

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The main program: a clip with depth in, the same moments seen from a camera that was never there out.
+#include <fmt/format.h>
+
+#include "support/command_line.h"
+#include "support/doctor.h"
+#include "support/terminal_monitor.h"
+#include "uwv/pipeline/compare.h"
+#include "uwv/pipeline/environment.h"
+#include "uwv/pipeline/run.h"
+
+namespace {
+
+constexpr const char* about =
+    "Shows an ordinary video or photo from a camera that was never there.\n"
+    "Example: uwv_app --video in.mp4 --depth depth.npz --traj t.json --out result";
+constexpr const char* more_examples =
+    "More examples:\n"
+    "  uwv_app --video photo.png --depth photo.exr --fov 55 --traj left --frames 49\n"
+    "  uwv_app --video in.mp4 --depth depth.npz --traj orbit --accumulation product_in_view --complete inpaint\n"
+    "  uwv_app --options result/run.json --kernel nearest --out faster\n"
+    "docs/usage.md explains each of them.";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace uwv;
+
+  CLI::App program(about, "uwv_app");
+  program.set_version_flag("--version", version());
+  program.footer(more_examples);
+  program.require_subcommand(0, 1);
+  const app::RunFlags run_flags(program);
+
+  CLI::App& look_command = *program.add_subcommand("look", "say what a run would meet: depth range, parallax, path");
+  look_command.footer("Example: uwv_app look --video in.mp4 --depth depth.npz --traj t.json");
+  const app::RunFlags look_flags(look_command);
+
+  CompareOptions compare;
+  CLI::App& compare_command = *program.add_subcommand("compare", "PSNR and SSIM of two clips or pictures");
+  compare_command.footer(
+      "Example: uwv_app compare --a result/colour.mp4 --b truth.mp4 --mask result/generate_mask.mp4");
+  compare_command.add_option("--a", compare.a, "first clip")->required()->type_name("FILE");
+  compare_command.add_option("--b", compare.b, "second clip")->required()->type_name("FILE");
+  compare_command.add_option("--mask", compare.mask, "clip whose white pixels are left out")->type_name("FILE");
+
+  const CLI::App& doctor_command =
+      *program.add_subcommand("doctor", "versions, renderers and encoders on this machine");
+
+  int exit_code = 0;
+  if (!app::parse(program, argc, argv, exit_code)) return exit_code;
+  return app::guarded([&] {
+    app::TerminalMonitor monitor;
+    if (doctor_command.parsed())
+      fmt::print("{}", app::doctor_report());
+    else if (compare_command.parsed())
+      fmt::print("{}", compare_clips(compare, monitor).report());
+    else if (look_command.parsed())
+      fmt::print("{}\n", look(look_flags.options(), monitor).brief());
+    else
+      fmt::print("{}", run(run_flags.options(), monitor).report());
+  });
+}

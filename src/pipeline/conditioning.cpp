@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decode, render and encode, each on a thread of its own with short queues between them.
+#include <cmath>
+#include <future>
+#include <map>
+
+#include "pipeline/channel.h"
+#include "pipeline/stage.h"
+#include "uwv/io/depth_writer.h"
+
+namespace uwv::pipeline {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t frames_in_flight = 4;  // evens out frames of unequal cost; each is a few megabytes
+constexpr int encoder_threads = 1;           // frames are rendered meanwhile: the other processors are busy
+
+/// A rendered frame on its way to the files.
+struct Rendered {
+  RenderedFrame frame;
+  FrameMasks masks;
+};
+
+DepthFormat file_format(DepthOutput output) {
+  switch (output) {
+    case DepthOutput::png16: return DepthFormat::png16;
+    case DepthOutput::exr: return DepthFormat::exr;
+    default: return DepthFormat::npz;
+  }
+}
+
+std::string depth_name(DepthOutput output) {
+  switch (output) {
+    case DepthOutput::none: return "";
+    case DepthOutput::npz: return "depth.npz";
+    default: return "depth";
+  }
+}
+
+/// A power of ten that takes four times the far depth into 16 bits: millimetres for a scene of metres.
+double png_scale(double far_depth) {
+  return far_depth > 0 ? std::pow(10.0, std::ceil(std::log10(4 * far_depth / 65535))) : DepthWriterOptions{}.png_scale;
+}
+
+constexpr const char* mask_names[] = {"mask_first.mp4", "mask_second.mp4", "mask_visible.mp4", "mask_front.mp4"};
+
+/// All files of the stage, written frame by frame.
+class ConditioningFiles {
+ public:
+  ConditioningFiles(const Plan& plan, const PartialFolder& into, Monitor& monitor)
+      : colour_(into.file("colour.mp4"), plan.size(), colour_encoding(plan)),
+        generate_(into.file("generate_mask.mp4"), plan.size(), mask_encoding(plan)) {
+    if (const std::string name = depth_name(plan.options.depth_format); !name.empty())
+      depth_ = make_depth_writer(
+          into.file(name),
+          {.format = file_format(plan.options.depth_format), .png_scale = png_scale(plan.look.far_depth)}, plan.size(),
+          0, monitor);
+    if (plan.options.save_masks)
+      for (const char* name : mask_names) masks_.emplace_back(into.file(name), plan.size(), mask_encoding(plan));
+  }
+
+  void write(const Rendered& rendered) {
+    colour_.write(rendered.frame.colour);
+    generate_.write(to_generate(rendered.frame.valid));
+    if (depth_) depth_->write(rendered.frame.depth);
+    if (masks_.empty()) return;
+    masks_[0].write(rendered.masks.first);
+    masks_[1].write(rendered.masks.second);
+    masks_[2].write(rendered.masks.visible);
+    masks_[3].write(rendered.masks.front);
+  }
+
+  void finish() {
+    colour_.finish();
+    generate_.finish();
+    if (depth_) depth_->finish();
+    for (VideoWriter& mask : masks_) mask.finish();
+  }
+
+ private:
+  VideoWriter colour_, generate_;
+  std::unique_ptr<DepthWriter> depth_;
+  std::vector<VideoWriter> masks_;
+};
+
+/// What the reports of all frames add up to.
+struct Tally {
+  long frames = 0, passes = 0;
+  double render_seconds = 0;
+  std::size_t valid = 0;
+  std::map<std::string, long> skipped;
+
+  void add(const FrameReport& report, const RenderedFrame& frame) {
+    ++frames;
+    passes += report.passes;
+    render_seconds += report.seconds;
+    valid += frame.valid.count();
+    if (!report.skipped.empty()) ++skipped[report.skipped];
+  }
+};
+
+SourceFrame source_frame(const SourceData& data, const Camera& camera) {
+  return {.index = data.index,
+          .camera = camera,
+          .colour = &data.colour,
+          .depth = &data.depth,
+          .slopes = data.slopes ? &*data.slopes : nullptr,
+          .valid = nullptr,
+          .foreground = data.foreground ? &*data.foreground : nullptr};
+}
+
+using SourceChannel = Channel<std::shared_ptr<const SourceData>>;
+
+void read_sources(const Plan& plan, SourceChannel& into) {
+  const ChannelCloser closer(into);
+  for (const TargetFrame& frame : plan.path.frames) {
+    std::shared_ptr<const SourceData> data = plan.source->read(frame.source_frame);
+    if (!data || !into.push(std::move(data))) return;
+  }
+}
+
+void write_files(ConditioningFiles& files, Channel<Rendered>& from) {
+  const ChannelCloser closer(from);
+  while (const std::optional<Rendered> rendered = from.pop()) files.write(*rendered);
+}
+
+Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>& into) {
+  const Plan& plan = shop.plan;
+  const ChannelCloser no_more_sources(from);
+  const ChannelCloser no_more_frames(into);
+  OcclusionRenderer renderer(shop.rasterizer, shop.pool, occlusion_options(plan.options));
+  Tally tally;
+  shop.monitor.step("conditioning", 0, plan.frames());
+  for (const TargetFrame& target : plan.path.frames) {
+    const auto source = from.pop();
+    if (!source) break;
+    Rendered rendered;
+    const FrameReport report =
+        renderer.render(source_frame(**source, plan.source_camera(target.source_frame)), target.camera, rendered.frame,
+                        plan.options.save_masks ? &rendered.masks : nullptr);
+    tally.add(report, rendered.frame);
+    if (!into.push(std::move(rendered))) break;
+    shop.monitor.step("conditioning", tally.frames, plan.frames());
+  }
+  return tally;
+}
+
+}  // namespace
+
+VideoWriterOptions colour_encoding(const Plan& plan) {
+  VideoWriterOptions options;
+  options.fps = plan.fps;
+  options.crf = plan.options.crf;
+  options.threads = encoder_threads;
+  return options;
+}
+
+VideoWriterOptions mask_encoding(const Plan& plan) {
+  VideoWriterOptions options = VideoWriterOptions::for_masks(plan.fps);
+  options.threads = encoder_threads;
+  return options;
+}
+
+std::vector<std::string> conditioning_files(const RunOptions& options) {
+  std::vector<std::string> names = {"colour.mp4", "generate_mask.mp4"};
+  if (const std::string depth = depth_name(options.depth_format); !depth.empty()) names.push_back(depth);
+  if (options.save_masks) names.insert(names.end(), std::begin(mask_names), std::end(mask_names));
+  return names;
+}
+
+ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) {
+  const Plan& plan = shop.plan;
+  ConditioningFiles files(plan, into, shop.monitor);
+  SourceChannel sources(frames_in_flight);
+  Channel<Rendered> rendered(frames_in_flight);
+  // Whichever of the three fails closes its channels, which ends the other two; get() then rethrows.
+  std::future<void> reading = std::async(std::launch::async, [&] { read_sources(plan, sources); });
+  std::future<void> writing = std::async(std::launch::async, [&] { write_files(files, rendered); });
+  const Tally tally = render_frames(shop, sources, rendered);
+  reading.get();
+  writing.get();
+  if (tally.frames == 0) fail(ErrorCode::file_damaged, "{}: none of its frames could be read", plan.options.video);
+  if (tally.frames < plan.frames())
+    shop.monitor.warn(fmt::format("{}: ended early, so the result has {} of {} frames", plan.options.video,
+                                  tally.frames, plan.frames()));
+  files.finish();
+  const double pixels = static_cast<double>(tally.frames) * static_cast<double>(plan.size().pixels());
+  return {{"frames", tally.frames},
+          {"renderer", shop.rasterizer.name()},
+          {"passes", tally.passes},
+          {"skipped_passes", tally.skipped},
+          {"render_ms_per_frame", 1000 * tally.render_seconds / static_cast<double>(tally.frames)},
+          {"valid_share", static_cast<double>(tally.valid) / pixels}};
+}
+
+}  // namespace uwv::pipeline

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/plan.h"
+
+#include <filesystem>
+
+#include "uwv/io/cameras_file.h"
+
+namespace uwv::pipeline {
+namespace {
+
+constexpr double reference_fps = 16;  // what the model was trained on, and the fallback where nothing says more
+
+/// The orbit's radius where nobody gives one (geometry sheet, section 1): what the subject is, is the foreground.
+double subject_depth(const SourceData& first) {
+  if (first.foreground && first.foreground->count() > 0) {
+    DepthMap subject = first.depth;
+    for (std::size_t i = 0; i < subject.pixels().size(); ++i)
+      if (first.foreground->pixels()[i] == 0) subject.pixels()[i] = 0;
+    if (const float median = median_depth(subject); median > 0) return median;
+  }
+  return median_depth(first.depth);
+}
+
+/// Cameras of a file named inside the trajectory, as the trajectory module wants them.
+void read_listed_cameras(TrajectorySpec& spec, const SourceClip& source, Monitor& monitor) {
+  auto* motion = std::get_if<CameraMotion>(&spec.motion);
+  if (motion == nullptr || motion->cameras_file.empty()) return;
+  const CameraTrack track =
+      read_cameras(motion->cameras_file, {.size = source.size(), .intrinsics = source.intrinsics(0)}, monitor);
+  for (const Camera& camera : track.cameras)
+    motion->cameras.push_back(
+        {.world_from_cam = camera.world_from_cam, .intrinsics = camera.intrinsics, .fov = {}, .size = camera.size});
+  motion->cameras_file.clear();
+}
+
+TrajectorySpec read_spec(const RunOptions& options, const SourceClip& source, Monitor& monitor) {
+  const std::filesystem::path path(options.traj);
+  const bool is_file = std::filesystem::exists(path) || path.has_extension() || path.has_parent_path();
+  TrajectorySpec spec = is_file ? read_trajectory(path) : trajectory_from_preset(options.traj);
+  if (options.frames) spec.frames = *options.frames;
+  if (options.elevation) spec.elevation = *options.elevation;
+  if (options.radius) spec.radius = *options.radius;
+  if (options.radius_scale) spec.radius_scale = *options.radius_scale;
+  read_listed_cameras(spec, source, monitor);
+  return spec;
+}
+
+double output_fps(const RunOptions& options, const TrajectorySpec& spec, const ClipInfo& clip) {
+  if (options.fps) return *options.fps;
+  if (spec.fps > 0) return spec.fps;
+  return clip.fps > 0 && !clip.is_photo ? clip.fps / static_cast<double>(options.stride) : reference_fps;
+}
+
+void warn_of_the_path(const Plan& plan, Monitor& monitor) {
+  if (plan.look.first_return >= 0 && plan.look.has_parallax && plan.options.accumulation == Accumulation::product)
+    monitor.warn(
+        fmt::format("the path comes back from frame {}: what was hidden in between stays masked; "
+                    "--accumulation product_in_view keeps what only left the picture",
+                    plan.look.first_return));
+  if (plan.look.far_depth == 0) monitor.warn("the first frame has no valid depth: nothing of it can be drawn");
+}
+
+}  // namespace
+
+Camera Plan::source_camera(long index) const {
+  const auto pose = context.subject_from_source.size() == 1 ? 0 : static_cast<std::size_t>(index);
+  return {source->intrinsics(index), context.subject_from_source[pose], size()};
+}
+
+Camera Plan::in_source_world(const Camera& target) const {
+  return {target.intrinsics, context.world.world_from_cam(target.world_from_cam), target.size};
+}
+
+Plan make_plan(const RunOptions& options, Monitor& monitor) {
+  Plan plan;
+  plan.options = options;
+  plan.source = std::make_unique<SourceClip>(options, monitor);
+  SourceClip& source = *plan.source;
+  plan.trajectory = read_spec(options, source, monitor);
+  const auto first = source.read(0);
+  if (!first) fail(ErrorCode::file_damaged, "{}: not one frame of it can be read", options.video);
+  const double radius = plan.trajectory.radius > 0 ? plan.trajectory.radius : subject_depth(*first);
+  plan.context = make_context(plan.trajectory, source.intrinsics(0), source.size(), source.world_from_cam(),
+                              source.frames(), radius, source.info().is_photo);
+  plan.path = build_path(plan.trajectory, plan.context);
+  plan.fps = output_fps(options, plan.trajectory, source.info());
+  plan.look = look_at_scene(first->depth, plan.path, plan.context);
+  for (const long frame : options.ply)
+    if (frame >= source.frames())
+      fail(ErrorCode::value_invalid, "--ply: found frame {}, wanted one of the {} source frames (0 to {})", frame,
+           source.frames(), source.frames() - 1);
+  warn_of_the_path(plan, monitor);
+  return plan;
+}
+
+std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& o) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const auto& [name, path] :
+       std::initializer_list<std::pair<const char*, const std::string&>>{{"video", o.video},
+                                                                         {"depth", o.depth},
+                                                                         {"disparity", o.disparity},
+                                                                         {"cameras", o.cameras},
+                                                                         {"foreground", o.foreground},
+                                                                         {"normals", o.normals},
+                                                                         {"eval_reference", o.eval_reference},
+                                                                         {"eval_cameras", o.eval_cameras}})
+    if (!path.empty()) inputs.emplace_back(name, path);
+  if (std::filesystem::exists(o.traj)) inputs.emplace_back("traj", o.traj);
+  return inputs;
+}
+
+}  // namespace uwv::pipeline

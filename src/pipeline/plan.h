@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run with everything decided: inputs opened, path built, scene looked at. Making it writes nothing.
+#pragma once
+
+#include <memory>
+
+#include "pipeline/source_clip.h"
+#include "uwv/pipeline/scene_look.h"
+#include "uwv/trajectory/target_path.h"
+
+namespace uwv::pipeline {
+
+struct Plan {
+  RunOptions options;
+  std::unique_ptr<SourceClip> source;
+  TrajectorySpec trajectory;
+  PathContext context;
+  TargetPath path;
+  SceneLook look;
+  double fps = 16;  ///< Of the videos to be written.
+
+  Size size() const { return source->size(); }
+  long frames() const { return static_cast<long>(path.frames.size()); }
+  /// Source camera in the subject world, where the path's cameras are given too.
+  Camera source_camera(long index) const;
+  /// A target camera in the world of the source cameras.
+  Camera in_source_world(const Camera& target) const;
+};
+
+/// Throws Error for everything that is wrong with the inputs. `options` have been checked.
+Plan make_plan(const RunOptions& options, Monitor& monitor);
+
+/// Names of every input file or folder of the options; empty ones are left out.
+std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& options);
+
+}  // namespace uwv::pipeline

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything the inputs say about each frame of the clip, side by side at the working size.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pipeline/depth_feed.h"
+#include "pipeline/normal_feed.h"
+#include "uwv/io/frame_source.h"
+#include "uwv/pipeline/run_options.h"
+
+namespace uwv::pipeline {
+
+/// One frame; everything has the working size.
+struct SourceData {
+  long index = 0;
+  ImageRgb colour;
+  DepthMap depth;
+  std::optional<SlopeMap> slopes;
+  std::optional<ValidityMask> foreground;
+};
+
+/// The clip with its depth, cameras, foreground and normals, opened and checked against each other. Not for use by two
+/// threads at once.
+class SourceClip {
+ public:
+  /// Throws Error when an input is missing, damaged, or does not cover the clip's frames.
+  SourceClip(const RunOptions& options, Monitor& monitor);
+
+  const ClipInfo& info() const { return frames_->info(); }
+  Size size() const { return info().size; }
+  long frames() const { return frames_->frames(); }
+  bool has_cameras() const { return world_from_cam_.size() > 1 || cameras_given_; }
+
+  /// Poses in the inputs' own world: one per frame, or one alone for a camera that never moves.
+  const std::vector<Rigid3>& world_from_cam() const { return world_from_cam_; }
+  Rigid3 world_from_cam(long index) const;
+  /// For the working size.
+  const Intrinsics& intrinsics(long index) const;
+
+  /// Frame `index`; the last one read is kept, so that asking again is free. Null when the clip turned out to end
+  /// before it.
+  std::shared_ptr<const SourceData> read(long index);
+
+ private:
+  void open_cameras(const RunOptions& options, Monitor& monitor);
+
+  std::unique_ptr<FrameSource> frames_;
+  std::unique_ptr<FrameSource> foreground_;
+  std::optional<DepthFeed> depth_;
+  std::optional<NormalFeed> normals_;
+  std::vector<Rigid3> world_from_cam_;
+  std::vector<Intrinsics> intrinsics_;
+  bool cameras_given_ = false;
+  std::shared_ptr<const SourceData> last_;
+};
+
+/// The resize policy that the options ask for.
+ResizePolicy resize_policy(const RunOptions& options);
+
+}  // namespace uwv::pipeline
