@@ -21,7 +21,8 @@ struct VideoWriterOptions {
   bool lossless = false;  ///< Keeps every luma code exactly (`crf` is ignored); masks need it.
   int threads = 0;  ///< 0 = one per processor. The bytes depend on it (x264 records it), the pixels next to nothing.
 
-  /// For masks: lossless, and the preset that is fastest where it costs hardly any bytes.
+  /// For masks: lossless at the fastest preset, 2 ms per 832x480 frame. `superfast` with CABAC would save 40 % of the
+  /// bytes of a ragged mask for twice the time.
   static VideoWriterOptions for_masks(double fps = 16);
 
   /// Throws std::invalid_argument naming the option.
