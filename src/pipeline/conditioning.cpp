@@ -110,6 +110,13 @@ SourceFrame source_frame(const SourceData& data, const Camera& camera) {
           .foreground = data.foreground ? &*data.foreground : nullptr};
 }
 
+/// What is seen from the source's own camera is the source: nothing there is unknown, not even where depth is.
+void put_source(const SourceData& data, RenderedFrame& frame) {
+  frame.colour = data.colour;
+  frame.depth = data.depth;
+  frame.valid.fill(1);
+}
+
 using SourceChannel = Channel<std::shared_ptr<const SourceData>>;
 
 void read_sources(const Plan& plan, SourceChannel& into) {
@@ -136,9 +143,11 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
     const auto source = from.pop();
     if (!source) break;
     Rendered rendered;
-    const FrameReport report =
-        renderer.render(source_frame(**source, plan.source_camera(target.source_frame)), target.camera, rendered.frame,
-                        plan.options.save_masks ? &rendered.masks : nullptr);
+    const Camera source_camera = plan.source_camera(target.source_frame);
+    const FrameReport report = renderer.render(source_frame(**source, source_camera), target.camera, rendered.frame,
+                                               plan.options.save_masks ? &rendered.masks : nullptr);
+    if (plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity)
+      put_source(**source, rendered.frame);
     tally.add(report, rendered.frame);
     if (!into.push(std::move(rendered))) break;
     shop.monitor.step("conditioning", tally.frames, plan.frames());

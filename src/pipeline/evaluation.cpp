@@ -28,9 +28,10 @@ std::vector<Method> methods(const RunOptions& asked) {
   naive.kernel = Kernel::nearest;
   naive.visibility = Visibility::none;
   naive.normal_filter = false;
-  OcclusionOptions official = ours;
+  OcclusionOptions official;  // its own settings, whatever is asked of ours
   official.kernel = Kernel::bilinear;
   official.visibility = Visibility::reproject;
+  official.accumulation = Accumulation::none;
   return {{"naive", naive}, {"official (bilinear)", official}, {"ours", ours}};
 }
 

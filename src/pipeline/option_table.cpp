@@ -94,13 +94,16 @@ std::vector<Option> render_options() {
       option("normal_filter", &O::normal_filter, "", "drop surfaces turned away from the target camera"),
       option("point_size", &O::point_size, "X", "scales every footprint; more closes cracks of noisy depth"),
       option("max_footprint", &O::max_footprint, "PX", "largest side of a footprint"),
-      option("depth_tolerance", &O::depth_tolerance, "X", "relative depth difference that still counts as visible"),
+      option("depth_tolerance", &O::depth_tolerance, "X",
+             "relative depth difference that counts as visible; unset: 0.02 for ztest, else 0"),
       option("reliability", &O::reliability, "", "drop depths on edges, where estimators smear"),
       option("reliability_ratio", &O::reliability_ratio, "X", "largest (max-min)/mean of depth within the window"),
       option("reliability_window", &O::reliability_window, "PX", "side of that window, odd"),
       option("slope_radius", &O::slope_radius, "PX", "neighbourhood of normals; 2 or 3 for noisy depth"),
       option("slope_discontinuity", &O::slope_discontinuity, "X", "relative depth step that separates two surfaces"),
       option("skip_unneeded", &O::skip_unneeded, "", "leave out passes that cannot change a pixel"),
+      option("keep_source", &O::keep_source, "",
+             "frames seen from the source's own camera are the source picture, whole"),
       option("threads", &O::threads, "N", "rendering threads, 0 = all processors; never changes the result"),
   };
 }

@@ -82,13 +82,15 @@ struct RunOptions {
   bool normal_filter = true;  ///< False draws back faces and grazing surfaces too.
   float point_size = FootprintOptions{}.point_size;
   float max_footprint = FootprintOptions{}.max_footprint;
-  float depth_tolerance = OcclusionOptions{}.depth_tolerance;
-  bool reliability = true;  ///< The reliable-depth filter; false trusts every valid depth.
+  std::optional<float> depth_tolerance;  ///< Unset: 0.02 for ztest, which needs some, else 0.
+  bool reliability = true;               ///< The reliable-depth filter; false trusts every valid depth.
   float reliability_ratio = ReliabilityOptions{}.ratio;
   int reliability_window = ReliabilityOptions{}.window;
   int slope_radius = SlopeOptions{}.radius;
   float slope_discontinuity = SlopeOptions{}.discontinuity;
   bool skip_unneeded = true;  ///< Leave out passes that cannot change a pixel.
+  bool keep_source = true;    ///< A frame seen from the source's own camera is the source picture, all of it known (the
+                              ///< reference does so with frame 0), rather than its rendering.
   int threads = 0;            ///< Rendering threads; 0 = one per processor. Never changes a byte of the result.
 
   // -- output --------------------------------------------------------------------------------------------------------
