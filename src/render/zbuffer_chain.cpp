@@ -56,10 +56,12 @@ class ZBufferChain final : public KernelChain {
             RenderedFrame& out) override {
     if (!reuse_first) rasterizer_.zbuffer(kept, target, options_.footprint, final_);
     const ZBuffer& zbuffer = reuse_first ? first_ : final_;
-    if (options_.kernel == Kernel::resample)
+    if (options_.kernel == Kernel::resample) {
       resampled_colour(kept, target, zbuffer, *source.colour, pool_, out);
-    else
+    } else {
       nearest_colour(zbuffer, *source.colour, pool_, out);
+      out.depth = zbuffer.depth;
+    }
   }
 
  private:

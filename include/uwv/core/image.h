@@ -43,6 +43,14 @@ struct CacheAligned {
   void deallocate(T* p, std::size_t) { ::operator delete(p, alignment); }
   friend bool operator==(const CacheAligned&, const CacheAligned&) { return true; }
 };
+/// A pixel of zeros. Eigen's vectors leave T{} uninitialised.
+template <class T>
+T blank_pixel() {
+  if constexpr (requires { T::Zero(); })
+    return T::Zero();
+  else
+    return T{};
+}
 }  // namespace detail
 
 /// An owning picture of pixels T. Copying copies pixels; moving is free.
@@ -50,8 +58,8 @@ template <class T>
 class Image {
  public:
   Image() = default;
-  explicit Image(Size size, T fill = T{}) : size_(checked(size)), pixels_(size.pixels(), fill) {}
-  Image(int width, int height, T fill = T{}) : Image(Size{width, height}, fill) {}
+  explicit Image(Size size, T fill = detail::blank_pixel<T>()) : size_(checked(size)), pixels_(size.pixels(), fill) {}
+  Image(int width, int height, T fill = detail::blank_pixel<T>()) : Image(Size{width, height}, fill) {}
 
   Size size() const { return size_; }
   int width() const { return size_.width; }
