@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/clip_maker.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -80,8 +82,9 @@ std::vector<std::string> listing(const std::string& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const std::string name = fs::relative(entry.path(), folder).string();
     if (name == ".stdout" || name == ".stderr") continue;
-    lines.push_back(name + (entry.is_regular_file() ? " " + std::to_string(entry.file_size()) : "") + " " +
-                    std::to_string(entry.is_directory() ? 0 : entry.last_write_time().time_since_epoch().count()));
+    const bool is_file = entry.is_regular_file();
+    lines.push_back(fmt::format("{} {} {}", name, is_file ? entry.file_size() : 0,
+                                is_file ? entry.last_write_time().time_since_epoch().count() : 0));
   }
   std::sort(lines.begin(), lines.end());
   return lines;

@@ -168,7 +168,7 @@ TEST_P(HostileInput, IsRefusedInOneLineAndLeavesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(UwvApp, HostileInput, testing::ValuesIn(cases),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& tested) { return tested.param.name; });
 
 TEST(HostileInput, TruncatedVideoGivesItsReadableFramesAndAWarning) {
   const TempFolder folder;

@@ -90,9 +90,10 @@ TEST_F(RunTest, StopsAtWhateverStepTheMonitorSays) {
     }
     const bool conditioned = fs::exists(options_.out + "/colour.mp4");
     EXPECT_EQ(fs::exists(options_.out), conditioned) << "stopped at step " << stop;
-    if (conditioned)
+    if (conditioned) {
       for (const auto& entry : fs::directory_iterator(options_.out))
         EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
+    }
     fs::remove_all(options_.out);
   }
 }
@@ -133,15 +134,15 @@ TEST_F(RunTest, OptionsOutOfRangeAreTheCallersMistake) {
 
 TEST_F(RunTest, ImportedNormalsReplaceThoseOfTheDepth) {
   Monitor monitor;
-  // Normals turned well away from the target camera: nothing may be drawn.
-  std::vector<float> sideways(30 * 40 * 3, 0.0F);
-  for (std::size_t i = 0; i < sideways.size(); i += 3) sideways[i] = 0.99F, sideways[i + 2] = -0.14F;
-  write_npy<float>(folder_.file("normals.npy"), {30, 40, 3}, sideways);
-  options_.frames = 2;
+  // Normals turned by more than 20 degrees from every viewing direction: alpha = 10 degrees lets none pass.
+  std::vector<float> turned(30 * 40 * 3, 0.0F);
+  for (std::size_t i = 0; i < turned.size(); i += 3) turned[i] = 0.8F, turned[i + 2] = -0.6F;
+  write_npy<float>(folder_.file("normals.npy"), {30, 40, 3}, turned);
+  options_.traj = "still";
   options_.keep_source = false;
   const double with_depth = run(options_, monitor).stages[0].facts["valid_share"];
   options_.normals = folder_.file("normals.npy");
-  options_.alpha = 30;
+  options_.alpha = 10;
   const double with_normals = run(options_, monitor).stages[0].facts["valid_share"];
   EXPECT_GT(with_depth, 0.3);
   EXPECT_EQ(with_normals, 0);
