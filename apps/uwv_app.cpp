@@ -58,6 +58,8 @@ int main(int argc, char** argv) {
     else if (look_command.parsed())
       fmt::print("{}\n", look(look_flags.options(), monitor).brief());
     else
-      fmt::print("{}", run(run_flags.options(), monitor).report());
+      fmt::print("{}", run(run_flags.options(), monitor, [](const SceneLook& look) {
+                         fmt::print("scene: {}\n", look.brief());
+                       }).report());
   });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decode, render and encode, each on a thread of its own with short queues between them.
+#include <algorithm>
 #include <cmath>
 #include <future>
 #include <map>
@@ -13,8 +14,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t frames_in_flight = 4;  // evens out frames of unequal cost; each is a few megabytes
-constexpr int encoder_threads = 1;           // frames are rendered meanwhile: the other processors are busy
+constexpr int encoder_threads = 1;  // frames are rendered meanwhile: the other processors are busy
+
+/// Length of the queues: a few frames even out unequal costs, but large pictures must not pile up.
+std::size_t frames_in_flight(Size size) {
+  constexpr std::size_t budget = 64U << 20U, bytes_per_pixel = sizeof(Rgb8) + sizeof(float) + 1;
+  return std::clamp<std::size_t>(budget / (size.pixels() * bytes_per_pixel), 1, 4);
+}
 
 /// A rendered frame on its way to the files.
 struct Rendered {
@@ -181,8 +187,8 @@ std::vector<std::string> conditioning_files(const RunOptions& options) {
 ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) {
   const Plan& plan = shop.plan;
   ConditioningFiles files(plan, into, shop.monitor);
-  SourceChannel sources(frames_in_flight);
-  Channel<Rendered> rendered(frames_in_flight);
+  SourceChannel sources(frames_in_flight(plan.size()));
+  Channel<Rendered> rendered(frames_in_flight(plan.size()));
   // Whichever of the three fails closes its channels, which ends the other two; get() then rethrows.
   std::future<void> reading = std::async(std::launch::async, [&] { read_sources(plan, sources); });
   std::future<void> writing = std::async(std::launch::async, [&] { write_files(files, rendered); });

@@ -198,9 +198,7 @@ class Runner {
   RunSummary run(const std::vector<Stage>& stages) {
     try {
       std::string conditioning_key;
-      for (const Stage& stage : stages) {
-        run_stage(stage, conditioning_key);
-      }
+      for (const Stage& stage : stages) run_stage(stage, conditioning_key);
     } catch (const std::exception& stopped) {
       if (!summary_.stages.empty()) write_record(fmt::format("stopped: {}", stopped.what()));
       throw;
@@ -249,7 +247,7 @@ class Runner {
 
 }  // namespace
 
-RunSummary run(const RunOptions& options, Monitor& caller) {
+RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& on_look) {
   options.check();
   RecordingMonitor monitor(caller);
   const std::vector<Stage> stages = stages_of(options);
@@ -259,6 +257,7 @@ RunSummary run(const RunOptions& options, Monitor& caller) {
   refuse_overwriting_inputs(options.out_folder(), files, inputs);
 
   const Plan plan = make_plan(options, monitor);
+  if (on_look) on_look(plan.look);
   OutputFolder folder(options.out_folder());
   folder.refuse_foreign(files, options.overwrite);
   return Runner(plan, folder, monitor).run(stages);
@@ -270,7 +269,7 @@ SceneLook look(const RunOptions& options, Monitor& monitor) {
 }
 
 std::string RunSummary::report() const {
-  std::string text = fmt::format("scene: {}\n", look.brief());
+  std::string text;
   for (const StageSummary& stage : stages) {
     if (stage.status == StageSummary::Status::skipped) {
       text += fmt::format("{:<13} skipped ({})\n", stage.name, stage.reason);

@@ -11,6 +11,7 @@
 // is finished and gives the same bytes; other options redo what they affect. Memory does not grow with the clip.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -47,10 +48,13 @@ struct RunSummary {
   std::string report() const;
 };
 
+/// Hears of the look at the scene before the work begins; may be empty.
+using LookListener = std::function<void(const SceneLook&)>;
+
 /// Does the job. Warnings and progress go to `monitor`, from the calling thread. Throws std::invalid_argument when
 /// options.check() does, Error for everything wrong with the inputs or the output folder, Error(cancelled) when the
 /// monitor stops it. Then nothing is left behind but stages that were finished.
-RunSummary run(const RunOptions& options, Monitor& monitor);
+RunSummary run(const RunOptions& options, Monitor& monitor, const LookListener& on_look = {});
 
 /// Only the look before the run: opens the inputs, writes nothing.
 SceneLook look(const RunOptions& options, Monitor& monitor);
