@@ -44,24 +44,20 @@ struct Reference {
   Camera camera;  ///< In the subject world.
 };
 
-Reference read_reference(const Workshop& shop, long index) {
+Reference read_reference(const Workshop& shop) {
   const RunOptions& options = shop.plan.options;
-  const ClipOptions as_clip = {
-      .start = options.start, .stride = options.stride, .max_frames = 0, .resize = resize_policy(options)};
-  const auto clip = open_clip(options.eval_reference, as_clip, shop.monitor);
+  ClipOptions first_picture;
+  first_picture.max_frames = 1;
+  first_picture.resize = resize_policy(options);
+  const auto clip = open_clip(options.eval_reference, first_picture, shop.monitor);
   Reference reference;
-  if (index >= clip->frames() || !clip->read(index, reference.picture))
-    fail(ErrorCode::size_mismatch, "{}: has no frame {}", options.eval_reference, index);
-  const Size size = reference.picture.size();
-  const CameraTrack track = read_cameras(
-      options.eval_cameras,
-      {.size = clip->info().source_size,
-       .intrinsics = shop.plan.source->intrinsics(index).resized(shop.plan.size(), clip->info().source_size)},
-      shop.monitor);
-  if (index >= static_cast<long>(track.cameras.size()))
-    fail(ErrorCode::size_mismatch, "{}: found {} cameras, wanted one for frame {}", options.eval_cameras,
-         track.cameras.size(), index);
-  const Camera& camera = track.cameras[static_cast<std::size_t>(index)];
+  if (!clip->read(0, reference.picture))
+    fail(ErrorCode::file_damaged, "{}: its first picture cannot be read", options.eval_reference);
+  const Size size = reference.picture.size(), full_size = clip->info().source_size;
+  const Intrinsics as_source = shop.plan.source->intrinsics(0).resized(shop.plan.size(), full_size);
+  const CameraTrack track =
+      read_cameras(options.eval_cameras, {.size = full_size, .intrinsics = as_source}, shop.monitor);
+  const Camera& camera = track.cameras.front();
   reference.camera = {camera.intrinsics.resized(camera.size, size),
                       shop.plan.context.world.subject_from_cam(camera.world_from_cam), size};
   return reference;
@@ -87,10 +83,9 @@ RenderedFrame render_at(const Workshop& shop, const SourceData& data, const Came
 std::vector<std::string> evaluation_files(const RunOptions&) { return {"reference_comparison.png"}; }
 
 ordered_json make_evaluation(const Workshop& shop, const PartialFolder& into) {
-  constexpr long index = 0;
-  const auto data = shop.plan.source->read(index);
+  const auto data = shop.plan.source->read(0);
   if (!data) fail(ErrorCode::file_damaged, "{}: its first frame cannot be read", shop.plan.options.video);
-  const Reference reference = read_reference(shop, index);
+  const Reference reference = read_reference(shop);
   const MetricImage truth(reference.picture);
 
   const std::vector<Method> tried = methods(shop.plan.options);

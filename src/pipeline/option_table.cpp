@@ -125,7 +125,7 @@ std::vector<Option> output_options() {
 std::vector<Option> evaluation_options() {
   return {
       option("eval_reference", &O::eval_reference, "FILE", "real picture from another camera to compare with"),
-      option("eval_cameras", &O::eval_cameras, "FILE", "that camera, as uwv JSON, in the world of --cameras"),
+      option("eval_cameras", &O::eval_cameras, "FILE", "file whose first camera took it, in the world of --cameras"),
   };
 }
 

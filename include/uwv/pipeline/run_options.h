@@ -105,8 +105,9 @@ struct RunOptions {
   bool overwrite = false;  ///< Redo finished stages, and replace files that are not ours.
 
   // -- comparison with a real picture --------------------------------------------------------------------------------
-  std::string eval_reference;  ///< Picture taken at another camera, to compare a rendering with.
-  std::string eval_cameras;    ///< That camera, in the world of `cameras` (docs/formats.md); camera i sees frame i.
+  std::string eval_reference;  ///< Picture of source frame 0's moment from another camera, to compare a rendering with.
+  std::string eval_cameras;    ///< A cameras file whose first camera took it, in the world of `cameras`. Files without
+                               ///< intrinsics: those of source frame 0.
 
   /// Throws std::invalid_argument, naming the flag, when a value is out of range or two contradict each other. Files
   /// are not looked at.
