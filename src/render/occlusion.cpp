@@ -126,9 +126,12 @@ const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, cons
   const bool naive = options.visibility == Visibility::none;
   const WarpMap map = WarpMap::between(source.camera, target);
   const bool skip = options.skip_unneeded && !want_first;
-  const char* reason = skip && map.identity                                                       ? same_camera
-                       : skip && map.no_translation && keeps_whole_picture(source.camera, target) ? no_parallax
-                                                                                                  : nullptr;
+  const char* reason = nullptr;
+  if (skip && map.identity) reason = same_camera;
+  // The z-test hides points behind others that round to the same pixel even then, so it is not left out.
+  else if (skip && options.visibility == Visibility::reproject && map.no_translation &&
+           keeps_whole_picture(source.camera, target))
+    reason = no_parallax;
   if (naive || reason != nullptr) {
     if (want_first) {
       chain->first(points, target);
@@ -136,7 +139,7 @@ const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, cons
     }
     second = ValidityMask(source.camera.size, 1);
     visible.add_all(source.camera.size, source.foreground);
-    return naive ? nullptr : reason;
+    return reason;
   }
   find_second(source, points, target, front, report);
   visible.add(second, points, target, source.foreground, pool);
