@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What uwv_bench measures. Each function prints nothing; it returns its tables.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/table.h"
+#include "uwv/core/image.h"
+
+namespace uwv::bench {
+
+struct BenchOptions {
+  Size size{832, 480};
+  int runs = 9;                             ///< Measured runs a figure; the median is reported.
+  int threads = 0;                          ///< 0 = all processors.
+  bool gl = true;                           ///< Also measure OpenGL where a backend works.
+  std::string scene = "sphere_floor_wall";  ///< Stock scene of the accuracy tables.
+  int steps = 8;                            ///< Frames of the path to each angle in the accuracy tables.
+  void check() const;
+};
+
+/// Milliseconds and points per second: each primitive on each renderer, and Algorithm 1 by kernel and visibility.
+std::vector<Table> render_speed(const BenchOptions& options);
+
+/// Each option against the truth of a synthetic scene at growing angles, with its time beside it.
+std::vector<Table> render_accuracy(const BenchOptions& options);
+
+}  // namespace uwv::bench

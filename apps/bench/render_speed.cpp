@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <memory>
+#include <numbers>
+
+#include "bench/benchmarks.h"
+#include "bench/timing.h"
+#include "uwv/eval/stock_scenes.h"
+#include "uwv/render/gl_rasterizer.h"
+#include "uwv/render/occlusion.h"
+
+namespace uwv::bench {
+namespace {
+
+/// The scene everything is timed on, seen from 20 degrees to the side.
+struct Workload {
+  StockScene scene;
+  SyntheticFrame frame;
+  SlopeMap slopes;
+  ValidityMask reliable;
+  ImageRgbF colour;
+  Camera target;
+
+  Workload(Size size, ThreadPool& pool)
+      : scene(sphere_floor_wall({.size = size})),
+        frame(render(scene.scene, scene.source, 0, pool)),
+        slopes(slopes_from_depth(frame.depth, {}, pool)),
+        reliable(reliable_depth(frame.depth, {}, pool)),
+        colour(size),
+        target(orbit_camera(scene.source, scene.subject_in_world, 20 * std::numbers::pi / 180)) {}
+
+  PointGrid grid() const { return {scene.source, &frame.depth, &slopes, &reliable}; }
+  SourceFrame source(long index) const {
+    SourceFrame out;
+    out.index = index;
+    out.camera = scene.source;
+    out.colour = &frame.colour;
+    out.depth = &frame.depth;
+    return out;
+  }
+};
+
+struct NamedRasterizer {
+  std::string name;
+  std::unique_ptr<Rasterizer> rasterizer;
+};
+
+std::vector<NamedRasterizer> rasterizers(bool with_gl, ThreadPool& pool) {
+  std::vector<NamedRasterizer> all;
+  all.push_back({"cpu", make_cpu_rasterizer(pool)});
+  if (!with_gl) return all;
+  for (const GlOptions::Path path : {GlOptions::Path::compute, GlOptions::Path::sprites}) {
+    try {
+      auto rasterizer = make_gl_rasterizer(make_gl_context(GlBackend::automatic), {path});
+      all.push_back({fmt::format("gl {}", to_string(path)), std::move(rasterizer)});
+    } catch (const Error& error) {
+      fmt::print(stderr, "gl {} left out: {}\n", to_string(path), error.what());
+    }
+  }
+  return all;
+}
+
+Table primitives(const Workload& work, const std::vector<NamedRasterizer>& renderers, const BenchOptions& options) {
+  Table table("one pass", {"renderer", "pass", "ms", "min_ms", "mpoints_per_s"});
+  const double points = static_cast<double>(work.frame.depth.size().pixels());
+  for (const NamedRasterizer& r : renderers) {
+    ZBuffer zbuffer;
+    ValidityMask covered;
+    SoftSplat soft;
+    const auto add = [&](const char* pass, const Timing& t) {
+      table.add({r.name, pass, t.median_ms, t.min_ms, points / t.median_ms / 1e3});
+    };
+    add("zbuffer", time(options.runs, [&] { r.rasterizer->zbuffer(work.grid(), work.target, {}, zbuffer); }));
+    add("coverage", time(options.runs, [&] { r.rasterizer->coverage(work.grid(), work.target, {}, covered); }));
+    add("soft_splat",
+        time(options.runs, [&] { r.rasterizer->soft_splat(work.grid(), &work.colour, work.target, {}, soft); }));
+  }
+  return table;
+}
+
+Table source_work(const Workload& work, ThreadPool& pool, const BenchOptions& options) {
+  Table table("per source frame", {"step", "ms", "min_ms"});
+  const auto add = [&](const char* step, const Timing& t) { table.add({step, t.median_ms, t.min_ms}); };
+  add("slopes_from_depth", time(options.runs, [&] { slopes_from_depth(work.frame.depth, {}, pool); }));
+  add("reliable_depth", time(options.runs, [&] { reliable_depth(work.frame.depth, {}, pool); }));
+  add("front_mask", time(options.runs, [&] { front_mask(work.grid(), work.target, 0, pool); }));
+  return table;
+}
+
+Table algorithm(const Workload& work, const std::vector<NamedRasterizer>& renderers, ThreadPool& pool,
+                const BenchOptions& options) {
+  // A new source index each frame: slopes and reliability are part of the time, as in a video.
+  Table table("Algorithm 1, a new source frame each time",
+              {"renderer", "kernel", "visibility", "passes", "ms_per_frame", "min_ms", "mpoints_per_s"});
+  const double points = static_cast<double>(work.frame.depth.size().pixels());
+  for (const NamedRasterizer& r : renderers)
+    for (const Kernel kernel : {Kernel::nearest, Kernel::resample, Kernel::bilinear})
+      for (const Visibility visibility : {Visibility::none, Visibility::ztest, Visibility::reproject}) {
+        OcclusionOptions occlusion;
+        occlusion.kernel = kernel;
+        occlusion.visibility = visibility;
+        occlusion.depth_tolerance = visibility == Visibility::ztest ? 0.02F : 0.0F;
+        occlusion.accumulation = Accumulation::none;
+        occlusion.skip_unneeded = false;
+        OcclusionRenderer renderer(*r.rasterizer, pool, occlusion);
+        RenderedFrame out;
+        FrameReport report;
+        long index = 0;
+        const Timing t = time(options.runs, [&] { report = renderer.render(work.source(index++), work.target, out); });
+        table.add({r.name, std::string(to_string(kernel)), std::string(to_string(visibility)), report.passes,
+                   t.median_ms, t.min_ms, points * report.passes / t.median_ms / 1e3});
+      }
+  return table;
+}
+
+}  // namespace
+
+void BenchOptions::check() const {
+  require(size.width >= 1 && size.height >= 1 && size.width <= 65535 && size.height <= 65535,
+          "bench size {}x{} is outside 1..65535", size.width, size.height);
+  require(runs >= 1 && runs <= 1000, "runs {} is outside 1..1000", runs);
+  require(threads >= 0, "threads {} is negative", threads);
+  require(steps >= 1 && steps <= 1000, "steps {} is outside 1..1000", steps);
+}
+
+std::vector<Table> render_speed(const BenchOptions& options) {
+  options.check();
+  ThreadPool pool(options.threads);
+  const Workload work(options.size, pool);
+  const std::vector<NamedRasterizer> renderers = rasterizers(options.gl, pool);
+  return {source_work(work, pool, options), primitives(work, renderers, options),
+          algorithm(work, renderers, pool, options)};
+}
+
+}  // namespace uwv::bench

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Timing of one piece of work: warm-up, then the median of several runs.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+namespace uwv::bench {
+
+struct Timing {
+  double median_ms = 0, min_ms = 0, max_ms = 0;
+};
+
+/// Runs `work` once unmeasured and then `runs` times.
+template <class Work>
+Timing time(int runs, const Work& work) {
+  work();
+  std::vector<double> ms;
+  for (int i = 0; i < runs; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::sort(ms.begin(), ms.end());
+  return {ms[ms.size() / 2], ms.front(), ms.back()};
+}
+
+}  // namespace uwv::bench
