@@ -85,7 +85,10 @@ struct OcclusionRenderer::State {
     if (source_index == source.index) return;
     source_index = source.index;
     last_target.reset();
-    if (source.slopes == nullptr) slopes = slopes_from_depth(*source.depth, options.slopes, pool);
+    if (source.slopes == nullptr) {
+      slopes = slopes_from_depth(*source.depth, options.slopes, pool);
+      limit_tilt(slopes, source.camera.intrinsics, options.slopes.max_tilt, pool);
+    }
     if (source.valid == nullptr) reliable = reliable_depth(*source.depth, options.reliability, pool);
   }
 

@@ -30,6 +30,10 @@ struct SlopeOptions {
   float discontinuity = 0.1F;
   /// Pixels to each side that are looked at. 1 is sharpest; 2 or 3 average away the noise of measured depth.
   int radius = 1;
+  /// Surfaces seen at more than this angle from head-on (radians) are taken for what estimators smear between a near
+  /// and a far surface: limit_tilt() lets them face the camera, so that they stay the dots they are instead of growing
+  /// into flags when the camera moves. pi/2 turns that off. 86 degrees leaves real floors and walls alone.
+  double max_tilt = 1.5;
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -37,6 +41,9 @@ struct SlopeOptions {
 /// Slopes of every pixel of a depth map (0 = invalid depth). Differences are taken within one surface only: across a
 /// depth edge the side that continues smoothly is used, and a pixel without a usable neighbour gets {0, 0}.
 SlopeMap slopes_from_depth(const DepthMap& depth, const SlopeOptions& options, ThreadPool& pool);
+
+/// Sets slopes that tilt their patch by more than `max_tilt` radians away from the line of sight to {0, 0}.
+void limit_tilt(SlopeMap& slopes, const Intrinsics& intrinsics, double max_tilt, ThreadPool& pool);
 
 /// Unit normals in the camera's frame, as Eigen::Vector3f; (0, 0, 0) = unknown.
 using NormalMap = Image<Eigen::Vector3f>;
