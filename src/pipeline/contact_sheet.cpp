@@ -31,8 +31,8 @@ ContactSheet::ContactSheet(Size cell, int columns, int rows)
 void ContactSheet::put(int column, int row, const ImageRgb& picture, const std::string& label) {
   ImageRgb small = resize(picture, cell_);
   draw_label(small, label);
-  for (int y = 0; y < cell_.height; ++y)
-    std::copy_n(small.row(y), cell_.width, sheet_.row(row * (cell_.height + gap) + y) + column * (cell_.width + gap));
+  const int left = column * (cell_.width + gap), top = row * (cell_.height + gap);
+  for (int y = 0; y < cell_.height; ++y) std::copy_n(small.row(y), cell_.width, sheet_.row(top + y) + left);
 }
 
 Size contact_cell(Size size, int max_width) {

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t sample_bytes = 64 * 1024;
+constexpr std::uintmax_t sample_bytes = std::uintmax_t{64} * 1024;
 
 std::int64_t modified(const fs::path& path) {
   struct stat status {};
