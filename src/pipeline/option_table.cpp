@@ -101,6 +101,8 @@ std::vector<Option> render_options() {
       option("reliability_window", &O::reliability_window, "PX", "side of that window, odd"),
       option("slope_radius", &O::slope_radius, "PX", "neighbourhood of normals; 2 or 3 for noisy depth"),
       option("slope_discontinuity", &O::slope_discontinuity, "X", "relative depth step that separates two surfaces"),
+      option("max_tilt", &O::max_tilt, "DEG",
+             "surfaces tilted further than this are taken for smeared depth and stay dots; unset: 86, 90 = never"),
       option("skip_unneeded", &O::skip_unneeded, "", "leave out passes that cannot change a pixel"),
       option("keep_source", &O::keep_source, "",
              "frames seen from the source's own camera are the source picture, whole"),

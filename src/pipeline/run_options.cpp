@@ -47,6 +47,8 @@ void check_size_and_path(const RunOptions& o) {
 
 void check_render_and_output(const RunOptions& o) {
   require(o.alpha >= 0 && o.alpha <= 180, "--alpha: found {}, wanted degrees from 0 to 180", o.alpha);
+  require(!o.max_tilt || (*o.max_tilt > 0 && *o.max_tilt <= 90), "--max-tilt: found {}, wanted degrees from 0 to 90",
+          o.max_tilt.value_or(0));
   require(o.threads >= 0 && o.threads <= 1024, "--threads: found {}, wanted 0 (all processors) to 1024", o.threads);
   occlusion_options(o).check();
   require(o.accumulation != Accumulation::foreground || !o.foreground.empty(),
@@ -88,6 +90,7 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
       from.depth_tolerance.value_or(from.visibility == Visibility::ztest ? ztest_tolerance : options.depth_tolerance);
   options.footprint = {.point_size = from.point_size, .max_footprint = from.max_footprint};
   options.slopes = {.discontinuity = from.slope_discontinuity, .radius = from.slope_radius};
+  if (from.max_tilt) options.slopes.max_tilt = *from.max_tilt * degree;
   options.reliability.enabled = from.reliability;
   options.reliability.ratio = from.reliability_ratio;
   options.reliability.window = from.reliability_window;

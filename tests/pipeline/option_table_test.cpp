@@ -168,6 +168,7 @@ TEST(RunOptions, OutOfRangeValuesAreRefused) {
                                                                 {"accumulation", "foreground"},
                                                                 {"eval_reference", "r.png"},
                                                                 {"traj", ""},
+                                                                {"max_tilt", "91"},
                                                                 {"max_footprint", "0"},
                                                                 {"slope_radius", "0"},
                                                                 {"depth_tolerance", "-1"}};

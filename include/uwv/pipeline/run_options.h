@@ -88,10 +88,11 @@ struct RunOptions {
   int reliability_window = ReliabilityOptions{}.window;
   int slope_radius = SlopeOptions{}.radius;
   float slope_discontinuity = SlopeOptions{}.discontinuity;
-  bool skip_unneeded = true;  ///< Leave out passes that cannot change a pixel.
-  bool keep_source = true;    ///< A frame seen from the source's own camera is the source picture, all of it known (the
-                              ///< reference does so with frame 0), rather than its rendering.
-  int threads = 0;            ///< Rendering threads; 0 = one per processor. Never changes a byte of the result.
+  std::optional<double> max_tilt;  ///< Degrees in (0, 90]; see SlopeOptions::max_tilt. Unset: its default, 86.
+  bool skip_unneeded = true;       ///< Leave out passes that cannot change a pixel.
+  bool keep_source = true;  ///< A frame seen from the source's own camera is the source picture, all of it known (the
+                            ///< reference does so with frame 0), rather than its rendering.
+  int threads = 0;          ///< Rendering threads; 0 = one per processor. Never changes a byte of the result.
 
   // -- output --------------------------------------------------------------------------------------------------------
   std::string out;            ///< Folder. Empty: "<clip's stem>_uwv" in the current folder.
