@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -38,6 +39,7 @@ Program::Program(const std::string& folder, const std::vector<std::string>& argu
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   const std::string out = folder_ + "/.stdout", err = folder_ + "/.stderr";
+  ::setenv("LSAN_OPTIONS", "suppressions=" UWV_LEAKS ":print_suppressions=0", 0);
   process_ = ::fork();
   if (process_ == 0) become(folder_.c_str(), out.c_str(), err.c_str(), pointers.data());
 }
