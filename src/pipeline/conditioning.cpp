@@ -106,16 +106,6 @@ struct Tally {
   }
 };
 
-SourceFrame source_frame(const SourceData& data, const Camera& camera) {
-  return {.index = data.index,
-          .camera = camera,
-          .colour = &data.colour,
-          .depth = &data.depth,
-          .slopes = data.slopes ? &*data.slopes : nullptr,
-          .valid = nullptr,
-          .foreground = data.foreground ? &*data.foreground : nullptr};
-}
-
 /// What is seen from the source's own camera is the source: nothing there is unknown, not even where depth is.
 void put_source(const SourceData& data, RenderedFrame& frame) {
   frame.colour = data.colour;
@@ -150,7 +140,7 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
     if (!source) break;
     Rendered rendered;
     const Camera source_camera = plan.source_camera(target.source_frame);
-    const FrameReport report = renderer.render(source_frame(**source, source_camera), target.camera, rendered.frame,
+    const FrameReport report = renderer.render((*source)->seen_by(source_camera), target.camera, rendered.frame,
                                                plan.options.save_masks ? &rendered.masks : nullptr);
     if (plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity)
       put_source(**source, rendered.frame);

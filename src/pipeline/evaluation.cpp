@@ -67,14 +67,7 @@ RenderedFrame render_at(const Workshop& shop, const SourceData& data, const Came
                         const OcclusionOptions& options) {
   OcclusionRenderer renderer(shop.rasterizer, shop.pool, options);
   RenderedFrame frame;
-  renderer.render({.index = data.index,
-                   .camera = shop.plan.source_camera(data.index),
-                   .colour = &data.colour,
-                   .depth = &data.depth,
-                   .slopes = data.slopes ? &*data.slopes : nullptr,
-                   .valid = nullptr,
-                   .foreground = data.foreground ? &*data.foreground : nullptr},
-                  camera, frame);
+  renderer.render(data.seen_by(shop.plan.source_camera(data.index)), camera, frame);
   return frame;
 }
 

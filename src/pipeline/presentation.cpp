@@ -22,14 +22,7 @@ ImageRgb naive_rendering(const Workshop& shop, const SourceData& data, const Tar
   options.normal_filter = false;
   OcclusionRenderer renderer(shop.rasterizer, shop.pool, options);
   RenderedFrame frame;
-  renderer.render({.index = data.index,
-                   .camera = shop.plan.source_camera(data.index),
-                   .colour = &data.colour,
-                   .depth = &data.depth,
-                   .slopes = data.slopes ? &*data.slopes : nullptr,
-                   .valid = nullptr,
-                   .foreground = nullptr},
-                  target.camera, frame);
+  renderer.render(data.seen_by(shop.plan.source_camera(data.index)), target.camera, frame);
   return frame.colour;
 }
 

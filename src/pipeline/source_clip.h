@@ -10,6 +10,7 @@
 #include "pipeline/normal_feed.h"
 #include "uwv/io/frame_source.h"
 #include "uwv/pipeline/run_options.h"
+#include "uwv/render/occlusion.h"
 
 namespace uwv::pipeline {
 
@@ -20,6 +21,17 @@ struct SourceData {
   DepthMap depth;
   std::optional<SlopeMap> slopes;
   std::optional<ValidityMask> foreground;
+
+  /// As the renderer takes it, borrowed from here.
+  SourceFrame seen_by(const Camera& camera) const {
+    return {.index = index,
+            .camera = camera,
+            .colour = &colour,
+            .depth = &depth,
+            .slopes = slopes ? &*slopes : nullptr,
+            .valid = nullptr,
+            .foreground = foreground ? &*foreground : nullptr};
+  }
 };
 
 /// The clip with its depth, cameras, foreground and normals, opened and checked against each other. Not for use by two
