@@ -31,10 +31,7 @@ std::vector<Variant> variants() {
   };
   add("kernel=nearest", [](auto& o) { o.kernel = Kernel::nearest; });
   add("kernel=bilinear (official)", [](auto& o) { o.kernel = Kernel::bilinear; });
-  add("visibility=ztest", [](auto& o) {
-    o.visibility = Visibility::ztest;
-    o.depth_tolerance = 0.02F;
-  });
+  add("visibility=ztest", [](auto& o) { o.visibility = Visibility::ztest; });
   add("depth_tolerance=0.05", [](auto& o) { o.depth_tolerance = 0.05F; });
   add("point_size=0.7", [](auto& o) { o.footprint.point_size = 0.7F; });
   add("point_size=1.15", [](auto& o) { o.footprint.point_size = 1.15F; });

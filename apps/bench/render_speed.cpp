@@ -100,7 +100,6 @@ Table algorithm(const Workload& work, const std::vector<NamedRasterizer>& render
         OcclusionOptions occlusion;
         occlusion.kernel = kernel;
         occlusion.visibility = visibility;
-        occlusion.depth_tolerance = visibility == Visibility::ztest ? 0.02F : 0.0F;
         occlusion.accumulation = Accumulation::none;
         occlusion.skip_unneeded = false;
         OcclusionRenderer renderer(*r.rasterizer, pool, occlusion);

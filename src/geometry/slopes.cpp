@@ -69,7 +69,7 @@ UWV_SIMD_CLONES void slopes_of_row(const RowStencil& rows, int radius, int width
   }
 }
 
-/// z/f-free numbers of the tilt test; see limit_tilt.
+/// What limit_row needs of the lens; `limit` is 1 / cos^2 of the largest tilt.
 struct TiltTest {
   float fx, fy, inverse_fx, inverse_fy, cx, cy, limit;
 };

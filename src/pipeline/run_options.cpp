@@ -9,7 +9,6 @@ namespace uwv {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr float ztest_tolerance = 0.02F;  // of the footprints' own depth range; 0 would hide what it should show
 
 void check_input(const RunOptions& o) {
   require(!o.video.empty(), "--video is missing: name a video, a photo or a folder of pictures");
@@ -86,8 +85,7 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.accumulation = from.accumulation;
   options.alpha = from.alpha * degree;
   options.normal_filter = from.normal_filter;
-  options.depth_tolerance =
-      from.depth_tolerance.value_or(from.visibility == Visibility::ztest ? ztest_tolerance : options.depth_tolerance);
+  options.depth_tolerance = from.depth_tolerance;
   options.footprint = {.point_size = from.point_size, .max_footprint = from.max_footprint};
   options.slopes = {.discontinuity = from.slope_discontinuity, .radius = from.slope_radius};
   if (from.max_tilt) options.slopes.max_tilt = *from.max_tilt * degree;

@@ -8,18 +8,10 @@ namespace {
 ValidityMask out_of_view(const PointGrid& points, const Camera& target, ThreadPool& pool) {
   const WarpMap map = WarpMap::between(points.camera, target);
   ValidityMask outside(points.camera.size);
-  const float width = static_cast<float>(target.size.width), height = static_cast<float>(target.size.height);
   pool.for_ranges(0, outside.height(), 16, [&](int from, int to) {
     for (int y = from; y < to; ++y)
-      for (int x = 0; x < outside.width(); ++x) {
-        const float z = (*points.depth)(x, y);
-        const auto row = [&](std::size_t i) {
-          return z * (map.a[i][0] * static_cast<float>(x) + (map.a[i][1] * static_cast<float>(y) + map.a[i][2])) +
-                 map.b[i];
-        };
-        const float p2 = row(2), u = row(0) / p2, v = row(1) / p2;
-        outside(x, y) = !(p2 > 0 && u >= 0 && v >= 0 && u < width && v < height);
-      }
+      for (int x = 0; x < outside.width(); ++x)
+        outside(x, y) = !map.apply(x, y, (*points.depth)(x, y)).inside(target.size);
   });
   return outside;
 }

@@ -10,19 +10,6 @@ namespace {
 /// The reference's L = ln(1 + clamp(z, 0, 1000)).
 float log_depth(float z) { return std::log1p(std::fmin(std::fmax(z, 0.0F), 1000.0F)); }
 
-struct Projected {
-  float u, v, z;
-};
-
-Projected project_point(const WarpMap& map, int x, int y, float z) {
-  const auto row = [&](std::size_t i) {
-    const float ray = map.a[i][0] * static_cast<float>(x) + (map.a[i][1] * static_cast<float>(y) + map.a[i][2]);
-    return z * ray + map.b[i];
-  };
-  const float depth = row(2);
-  return {row(0) / depth, row(1) / depth, depth};
-}
-
 /// First pass: where every point lands, and L_max over all of them, dropped ones included as in the reference.
 float project_all(const PointGrid& points, const WarpMap& map, Size target, ThreadPool& pool, Image<SoftPoint>& out) {
   const Size size = points.camera.size;
@@ -38,12 +25,12 @@ float project_all(const PointGrid& points, const WarpMap& map, Size target, Thre
         point.weight = 0.0F;
         const float z = (*points.depth)(x, y);
         if (!(z > 0)) continue;
-        const Projected p = project_point(map, x, y, z);
-        far_here = std::fmax(far_here, p.z);
+        const WarpMap::Landing p = map.apply(x, y, z);
+        far_here = std::fmax(far_here, p.depth);
         const bool kept = points.keep == nullptr || (*points.keep)(x, y) != 0;
-        if (!kept || !(p.z > 0 && p.z <= max_depth) || !std::isfinite(p.u) || !std::isfinite(p.v)) continue;
+        if (!kept || !(p.depth > 0 && p.depth <= max_depth) || !std::isfinite(p.u) || !std::isfinite(p.v)) continue;
         // Half a pixel back to integer centres, one pixel of padding forward.
-        point = {std::fmin(std::fmax(p.u + 0.5F, 0.0F), right), std::fmin(std::fmax(p.v + 0.5F, 0.0F), bottom), p.z,
+        point = {std::fmin(std::fmax(p.u + 0.5F, 0.0F), right), std::fmin(std::fmax(p.v + 0.5F, 0.0F), bottom), p.depth,
                  1.0F};
       }
     }

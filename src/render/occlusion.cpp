@@ -218,7 +218,7 @@ const OcclusionOptions& OcclusionRenderer::options() const { return state_->opti
 
 void OcclusionOptions::check() const {
   require(std::isfinite(alpha) && alpha >= 0 && alpha <= std::numbers::pi, "alpha {} rad is outside [0, pi]", alpha);
-  require(depth_tolerance >= 0 && depth_tolerance < 1, "depth_tolerance {} is outside [0, 1)", depth_tolerance);
+  require(tolerance() >= 0 && tolerance() < 1, "depth_tolerance {} is outside [0, 1)", tolerance());
   require(soft_splat.sharpness >= 0 && soft_splat.log_depth_max >= 0,
           "soft splat sharpness {} or log_depth_max {} is negative", soft_splat.sharpness, soft_splat.log_depth_max);
   footprint.check();

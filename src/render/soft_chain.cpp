@@ -26,16 +26,16 @@ class SoftChain final : public KernelChain {
                      [](float z, std::uint8_t out) { return out != 0 ? 0.0F : z; });
     if (options_.visibility == Visibility::ztest) {
       const SlopeMap facing(depth.size());
-      visible_by_ztest(points, target, depth, facing, options_.depth_tolerance, pool_, second);
+      visible_by_ztest(points, target, depth, facing, options_.tolerance(), pool_, second);
       return;
     }
     rasterizer_.soft_splat({target, &depth, nullptr, nullptr}, nullptr, points.camera, options_.soft_splat, back_);
     second = back_.valid;
-    if (options_.depth_tolerance > 0)
+    if (options_.tolerance() > 0)
       for (int y = 0; y < second.height(); ++y)
         for (int x = 0; x < second.width(); ++x) {
           const float own = (*points.depth)(x, y);
-          second(x, y) &= std::abs(back_.depth(x, y) - own) <= options_.depth_tolerance * own;
+          second(x, y) &= std::abs(back_.depth(x, y) - own) <= options_.tolerance() * own;
         }
   }
 

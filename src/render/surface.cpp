@@ -195,7 +195,6 @@ void visible_by_ztest(const PointGrid& points, const Camera& target, const Depth
   const WarpMap map = WarpMap::between(points.camera, target);
   const Size size = points.camera.size;
   out.resize(size);
-  const float width = static_cast<float>(target.size.width), height = static_cast<float>(target.size.height);
   pool.for_ranges(0, size.height, 8, [&](int from, int to) {
     for (int y = from; y < to; ++y)
       for (int x = 0; x < size.width; ++x) {
@@ -203,20 +202,16 @@ void visible_by_ztest(const PointGrid& points, const Camera& target, const Depth
         const bool kept = points.keep == nullptr || (*points.keep)(x, y) != 0;
         out(x, y) = 0;
         if (!kept || !(z > 0)) continue;
-        const auto row = [&](std::size_t i) {
-          return z * (map.a[i][0] * static_cast<float>(x) + (map.a[i][1] * static_cast<float>(y) + map.a[i][2])) +
-                 map.b[i];
-        };
-        const float p2 = row(2), u = row(0) / p2, v = row(1) / p2;
-        if (!(p2 > 0 && u >= 0 && v >= 0 && u < width && v < height)) continue;
-        const int tx = static_cast<int>(u), ty = static_cast<int>(v);
+        const WarpMap::Landing at = map.apply(x, y, z);
+        if (!at.inside(target.size)) continue;
+        const int tx = static_cast<int>(at.u), ty = static_cast<int>(at.v);
         const Slope& slope = slopes(tx, ty);
         const float centre = depth(tx, ty);
         const float bend =
-            1.0F + slope.x * (u - static_cast<float>(tx) - 0.5F) + slope.y * (v - static_cast<float>(ty) - 0.5F);
+            1.0F + slope.x * (at.u - static_cast<float>(tx) - 0.5F) + slope.y * (at.v - static_cast<float>(ty) - 0.5F);
         const float surface = bend > 0.25F ? centre / bend : centre;
         // An empty pixel hides nothing.
-        out(x, y) = !(centre > 0) || p2 <= surface * (1.0F + tolerance);
+        out(x, y) = !(centre > 0) || at.depth <= surface * (1.0F + tolerance);
       }
   });
 }

@@ -29,11 +29,11 @@ class ZBufferChain final : public KernelChain {
       std::transform(surface_depth_.pixels().begin(), surface_depth_.pixels().end(), exclude->pixels().begin(),
                      surface_depth_.pixels().begin(), [](float z, std::uint8_t out) { return out != 0 ? 0.0F : z; });
     if (options_.visibility == Visibility::ztest) {
-      visible_by_ztest(points, target, surface_depth_, surface_slopes_, options_.depth_tolerance, pool_, second);
+      visible_by_ztest(points, target, surface_depth_, surface_slopes_, options_.tolerance(), pool_, second);
       return;
     }
     const PointGrid seen{target, &surface_depth_, &surface_slopes_, nullptr};
-    if (options_.depth_tolerance > 0) {
+    if (options_.tolerance() > 0) {
       rasterizer_.zbuffer(seen, points.camera, options_.footprint, returned_);
       keep_agreeing_depths(*points.depth, second);
     } else {
@@ -68,7 +68,7 @@ class ZBufferChain final : public KernelChain {
   void keep_agreeing_depths(const DepthMap& own, ValidityMask& second) const {
     second.resize(own.size());
     std::transform(own.pixels().begin(), own.pixels().end(), returned_.depth.pixels().begin(), second.pixels().begin(),
-                   [tolerance = options_.depth_tolerance](float z, float back) {
+                   [tolerance = options_.tolerance()](float z, float back) {
                      return static_cast<std::uint8_t>(back > 0 && std::fabs(back - z) <= tolerance * z);
                    });
   }

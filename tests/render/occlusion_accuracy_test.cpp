@@ -64,7 +64,6 @@ OcclusionOptions with(Visibility visibility) {
   OcclusionOptions options;
   options.visibility = visibility;
   options.reliability.enabled = false;  // the truth is about every pixel
-  options.depth_tolerance = visibility == Visibility::ztest ? 0.02F : 0.0F;
   return options;
 }
 

@@ -22,7 +22,6 @@ std::vector<OcclusionOptions> all_options() {
       OcclusionOptions options;
       options.kernel = kernel;
       options.visibility = visibility;
-      options.depth_tolerance = visibility == Visibility::ztest ? 0.02F : 0.0F;
       options.reliability.enabled = false;
       all.push_back(options);
     }

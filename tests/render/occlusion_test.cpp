@@ -69,7 +69,6 @@ TEST_F(OcclusionTest, SkippingPassesChangesNoPixel) {
         options.kernel = kernel;
         options.visibility = visibility;
         options.accumulation = accumulation;
-        options.depth_tolerance = visibility == Visibility::ztest ? 0.02F : 0.0F;
         OcclusionRenderer skipping(*rasterizer_, pool_, options);
         options.skip_unneeded = false;
         OcclusionRenderer full(*rasterizer_, pool_, options);

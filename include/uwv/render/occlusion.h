@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "uwv/geometry/reliability.h"
@@ -65,10 +66,10 @@ struct OcclusionOptions {
   /// False skips the filter altogether (M_front = 1).
   bool normal_filter = true;
 
-  /// ztest: a point is visible when its depth is at most (1 + depth_tolerance) times the z-buffer's surface there.
-  /// reproject: > 0 additionally asks the returning point's depth to agree that well with the source's (the paper has
-  /// no such test; 0 = off).
-  float depth_tolerance = 0.0F;
+  /// ztest: a point is visible when its depth is at most (1 + depth_tolerance) times the z-buffer's surface there;
+  /// unset means 0.02, since with 0 rounding hides points behind their own surface. reproject: > 0 additionally asks
+  /// the returning point's depth to agree that well with the source's; unset means 0, no such test, as in the paper.
+  std::optional<float> depth_tolerance;
 
   FootprintOptions footprint;
   SlopeOptions slopes;
@@ -77,6 +78,9 @@ struct OcclusionOptions {
 
   /// Leaves out passes that cannot change a pixel (see FrameReport::skipped). Off only to prove that.
   bool skip_unneeded = true;
+
+  /// depth_tolerance, or what suits the visibility when it is unset.
+  float tolerance() const { return depth_tolerance.value_or(visibility == Visibility::ztest ? 0.02F : 0.0F); }
 
   void check() const;
 };

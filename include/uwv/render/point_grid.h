@@ -50,6 +50,23 @@ struct WarpMap {
   bool identity = false;        ///< Source and target are the same camera: every pixel maps to itself.
 
   static WarpMap between(const Camera& source, const Camera& target);
+
+  /// Where a point lands. u and v mean nothing unless depth > 0.
+  struct Landing {
+    float u = 0, v = 0, depth = 0;
+    bool inside(Size target) const {
+      return depth > 0 && u >= 0 && v >= 0 && u < static_cast<float>(target.width) &&
+             v < static_cast<float>(target.height);
+    }
+  };
+  /// The map applied to pixel (x, y) with depth z, for loops that are not worth writing in SIMD lanes.
+  Landing apply(int x, int y, float z) const {
+    const auto row = [&](std::size_t i) {
+      return z * (a[i][0] * static_cast<float>(x) + (a[i][1] * static_cast<float>(y) + a[i][2])) + b[i];
+    };
+    const float depth = row(2);
+    return {row(0) / depth, row(1) / depth, depth};
+  }
 };
 
 }  // namespace uwv
