@@ -26,17 +26,31 @@ int usable_processors() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+void pause_processor() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+/// The loops of one frame follow each other within microseconds, and waking a sleeping thread takes as long as a short
+/// loop: look a moment before sleeping.
+template <class Condition>
+void spin_until(const Condition& condition) {
+  for (int i = 0; i < 1000 && !condition(); ++i) pause_processor();
+}
+
 }  // namespace
 
 struct ThreadPool::State {
   std::mutex loop_mutex;  // one loop at a time
-  std::mutex mutex;
+  std::mutex mutex;       // guards everything below that is not atomic
   std::condition_variable work_ready, work_done;
   const std::function<void(int)>* body = nullptr;
   std::atomic<int> next{0};
   int parts = 0;
-  int active = 0;           // workers still inside the current loop
-  unsigned generation = 0;  // counts loops, so that a worker joins each one once
+  bool open = false;                    // workers may still join the current loop
+  std::atomic<int> inside{0};           // workers in the current loop
+  std::atomic<unsigned> generation{0};  // counts loops, so that a worker joins each one at most once
   bool stop = false;
   std::exception_ptr error;
   std::vector<std::thread> workers;
@@ -55,19 +69,44 @@ struct ThreadPool::State {
     inside_loop = false;
   }
 
+  /// Waits for a loop not seen yet and joins it. False when the pool is closing.
+  bool join(unsigned& seen) {
+    spin_until([&] { return generation.load(std::memory_order_relaxed) != seen; });
+    std::unique_lock lock(mutex);
+    // A loop that ended before this worker woke up is not waited for by anybody.
+    work_ready.wait(lock, [&] { return stop || (open && generation.load(std::memory_order_relaxed) != seen); });
+    seen = generation.load(std::memory_order_relaxed);
+    if (!stop) inside.fetch_add(1, std::memory_order_relaxed);
+    return !stop;
+  }
+
   void worker() {
-    unsigned seen = 0;
-    for (;;) {
-      {
-        std::unique_lock lock(mutex);
-        work_ready.wait(lock, [&] { return stop || generation != seen; });
-        if (stop) return;
-        seen = generation;
-      }
+    for (unsigned seen = 0; join(seen);) {
       drain();
       const std::lock_guard lock(mutex);
-      if (--active == 0) work_done.notify_one();
+      if (inside.fetch_sub(1, std::memory_order_release) == 1) work_done.notify_one();
     }
+  }
+
+  void open_loop(int count, const std::function<void(int)>& work) {
+    const std::lock_guard lock(mutex);
+    body = &work;
+    parts = count;
+    next.store(0, std::memory_order_relaxed);
+    error = nullptr;
+    open = true;
+    generation.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  /// Waits for the workers that joined; those that did not are too late.
+  void close_loop() {
+    {
+      const std::lock_guard lock(mutex);
+      open = false;
+    }
+    spin_until([&] { return inside.load(std::memory_order_relaxed) == 0; });
+    std::unique_lock lock(mutex);
+    work_done.wait(lock, [&] { return inside.load(std::memory_order_acquire) == 0; });
   }
 };
 
@@ -95,19 +134,10 @@ void ThreadPool::run(int parts, const std::function<void(int)>& body) {
     return;
   }
   const std::lock_guard loop(state_->loop_mutex);
-  {
-    const std::lock_guard lock(state_->mutex);
-    state_->body = &body;
-    state_->parts = parts;
-    state_->next.store(0, std::memory_order_relaxed);
-    state_->active = static_cast<int>(state_->workers.size());
-    state_->error = nullptr;
-    ++state_->generation;
-  }
+  state_->open_loop(parts, body);
   state_->work_ready.notify_all();
   state_->drain();
-  std::unique_lock lock(state_->mutex);
-  state_->work_done.wait(lock, [&] { return state_->active == 0; });
+  state_->close_loop();
   if (state_->error) std::rethrow_exception(state_->error);
 }
 

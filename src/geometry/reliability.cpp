@@ -1,48 +1,88 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/geometry/reliability.h"
 
+#include <algorithm>
 #include <limits>
-#include <opencv2/imgproc.hpp>
+#include <vector>
 
-#include "uwv/core/depth.h"
+#include "uwv/core/simd.h"
 
 namespace uwv {
 namespace {
 
-/// OpenCV's view of a picture's rows [from, to), without copying.
-cv::Mat rows_of(const DepthMap& depth, int from, int to) {
-  return cv::Mat(to - from, depth.width(), CV_32F, const_cast<float*>(depth.row(from)));
+constexpr float highest = std::numeric_limits<float>::max();
+
+/// Largest, smallest and total depth of a window, for every pixel of a row.
+struct WindowRows {
+  std::vector<float> largest, smallest, total;
+  explicit WindowRows(std::size_t width) : largest(width), smallest(width), total(width) {}
+};
+
+/// Takes `width` more values into the windows.
+UWV_SIMD_CLONES void add_to_windows(const float* largest, const float* smallest, const float* total, int width,
+                                    float* out_largest, float* out_smallest, float* out_total) {
+#pragma GCC ivdep  // inputs and outputs never overlap
+  for (int x = 0; x < width; ++x) {
+    out_largest[x] = out_largest[x] > largest[x] ? out_largest[x] : largest[x];
+    out_smallest[x] = out_smallest[x] < smallest[x] ? out_smallest[x] : smallest[x];
+    out_total[x] += total[x];
+  }
 }
 
-/// Largest or smallest value in the window around every pixel of rows [from, to); outside the picture does not count.
-cv::Mat extreme(const DepthMap& depth, int from, int to, const ReliabilityOptions& options, bool largest) {
-  const int r = options.window / 2;
-  const int first = std::max(0, from - r);
-  const cv::Mat around = rows_of(depth, first, std::min(depth.height(), to + r));
-  const cv::Mat box = cv::Mat::ones(options.window, options.window, CV_8U);
-  const double neutral = largest ? std::numeric_limits<double>::lowest() : std::numeric_limits<double>::max();
-  cv::Mat result;
-  if (largest)
-    cv::dilate(around, result, box, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar::all(neutral));
-  else
-    cv::erode(around, result, box, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar::all(neutral));
-  return result.rowRange(from - first, to - first);
+void clear(WindowRows& rows) {
+  std::fill(rows.largest.begin(), rows.largest.end(), -highest);
+  std::fill(rows.smallest.begin(), rows.smallest.end(), highest);
+  std::fill(rows.total.begin(), rows.total.end(), 0.0F);
 }
 
-/// Window mean; zeros outside the picture count only if asked.
-cv::Mat mean(const DepthMap& depth, int from, int to, const ReliabilityOptions& options) {
-  const int r = options.window / 2;
-  const int first = std::max(0, from - r);
-  const cv::Mat around = rows_of(depth, first, std::min(depth.height(), to + r));
-  const cv::Size box(options.window, options.window);
-  cv::Mat sum;
-  cv::boxFilter(around, sum, CV_32F, box, {-1, -1}, false, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
-  sum = sum.rowRange(from - first, to - first);
-  if (options.count_padding) return sum / static_cast<double>(box.area());
-  cv::Mat count;
-  cv::boxFilter(cv::Mat::ones(around.size(), CV_32F), count, CV_32F, box, {-1, -1}, false,
-                cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
-  return sum / count.rowRange(from - first, to - first);
+/// Windows of row y: first down the columns, with `radius` empty ones on both sides, then along the row.
+void find_windows(const DepthMap& depth, int y, int radius, WindowRows& columns, WindowRows& out) {
+  clear(columns);
+  clear(out);
+  const int width = depth.width();
+  const int first = std::max(0, y - radius), last = std::min(depth.height() - 1, y + radius);
+  for (int row = first; row <= last; ++row) {
+    const float* z = depth.row(row);
+    add_to_windows(z, z, z, width, columns.largest.data() + radius, columns.smallest.data() + radius,
+                   columns.total.data() + radius);
+  }
+  for (int shift = 0; shift <= 2 * radius; ++shift)
+    add_to_windows(columns.largest.data() + shift, columns.smallest.data() + shift, columns.total.data() + shift, width,
+                   out.largest.data(), out.smallest.data(), out.total.data());
+}
+
+/// Number of pixels the mean is taken over, for every pixel of a row whose windows hold `rows` rows.
+void count_pixels(int width, int rows, const ReliabilityOptions& options, std::vector<float>& out) {
+  const int radius = options.window / 2;
+  for (int x = 0; x < width; ++x) {
+    const int columns = std::min(width - 1, x + radius) - std::max(0, x - radius) + 1;
+    out[static_cast<std::size_t>(x)] =
+        static_cast<float>(options.count_padding ? options.window * options.window : rows * columns);
+  }
+}
+
+UWV_SIMD_CLONES void judge_row(const float* depth, const float* largest, const float* smallest, const float* total,
+                               const float* pixels, float ratio, int width, std::uint8_t* out) {
+  for (int x = 0; x < width; ++x) {
+    const float spread = (largest[x] - smallest[x]) / (total[x] / pixels[x] + 1e-6F);
+    out[x] = static_cast<std::uint8_t>((spread < ratio) & (depth[x] > 0));
+  }
+}
+
+void judge_rows(const DepthMap& depth, int from, int to, const ReliabilityOptions& options, ValidityMask& out) {
+  const int radius = options.window / 2;
+  const auto width = static_cast<std::size_t>(depth.width());
+  WindowRows columns(width + 2 * static_cast<std::size_t>(radius)), windows(width);
+  std::vector<float> pixels(width);
+  int counted_rows = 0;
+  for (int y = from; y < to; ++y) {
+    const int rows = std::min(depth.height() - 1, y + radius) - std::max(0, y - radius) + 1;
+    if (rows != counted_rows) count_pixels(depth.width(), rows, options, pixels);
+    counted_rows = rows;
+    find_windows(depth, y, radius, columns, windows);
+    judge_row(depth.row(y), windows.largest.data(), windows.smallest.data(), windows.total.data(), pixels.data(),
+              options.ratio, depth.width(), out.row(y));
+  }
 }
 
 }  // namespace
@@ -54,29 +94,23 @@ void ReliabilityOptions::check() const {
 }
 
 ValidityMask reliable_depth(const DepthMap& depth, const ReliabilityOptions& options, ThreadPool& pool) {
+  ValidityMask reliable;
+  reliable_depth(depth, options, pool, reliable);
+  return reliable;
+}
+
+void reliable_depth(const DepthMap& depth, const ReliabilityOptions& options, ThreadPool& pool, ValidityMask& out) {
   options.check();
-  ValidityMask reliable(depth.size());
-  if (depth.empty()) return reliable;
+  out.resize(depth.size());
   pool.for_ranges(0, depth.height(), 32, [&](int from, int to) {
-    if (!options.enabled) {
-      for (int y = from; y < to; ++y)
-        for (int x = 0; x < depth.width(); ++x) reliable(x, y) = depth(x, y) > 0;
+    if (options.enabled) {
+      judge_rows(depth, from, to, options, out);
       return;
     }
-    const cv::Mat high = extreme(depth, from, to, options, true);
-    const cv::Mat low = extreme(depth, from, to, options, false);
-    const cv::Mat average = mean(depth, from, to, options);
-    for (int y = from; y < to; ++y) {
-      const float* z = depth.row(y);
-      const float* top = high.ptr<float>(y - from);
-      const float* bottom = low.ptr<float>(y - from);
-      const float* middle = average.ptr<float>(y - from);
-      std::uint8_t* out = reliable.row(y);
-      for (int x = 0; x < depth.width(); ++x)
-        out[x] = static_cast<std::uint8_t>(((top[x] - bottom[x]) / (middle[x] + 1e-6F) < options.ratio) & (z[x] > 0));
-    }
+    for (int y = from; y < to; ++y)
+      std::transform(depth.row(y), depth.row(y) + depth.width(), out.row(y),
+                     [](float z) { return static_cast<std::uint8_t>(z > 0); });
   });
-  return reliable;
 }
 
 }  // namespace uwv

@@ -69,13 +69,38 @@ UWV_SIMD_CLONES void slopes_of_row(const RowStencil& rows, int radius, int width
   }
 }
 
+/// Calls finish(y, slopes of the row) for every row, while it is still in the processor's cache.
+template <class Finish>
+void slopes_of_rows(const DepthMap& depth, const SlopeOptions& options, ThreadPool& pool, SlopeMap& out,
+                    const Finish& finish) {
+  options.check();
+  out.resize(depth.size());
+  const int r = options.radius;
+  const int kept_rows = 4 * r + 1;
+  const float discontinuity = options.discontinuity * static_cast<float>(r);
+  pool.for_ranges(0, depth.height(), 16, [&](int from, int to) {
+    std::vector<std::vector<float>> rows(static_cast<std::size_t>(kept_rows));
+    const auto row_at = [&](int y) -> std::vector<float>& {
+      return rows[static_cast<std::size_t>((y + kept_rows) % kept_rows)];
+    };
+    for (int y = from - 2 * r; y < from + 2 * r; ++y) invert_row(depth, y, 2 * r, row_at(y));
+    for (int y = from; y < to; ++y) {
+      invert_row(depth, y + 2 * r, 2 * r, row_at(y + 2 * r));
+      const RowStencil stencil{row_at(y - 2 * r).data(), row_at(y - r).data(), row_at(y).data(), row_at(y + r).data(),
+                               row_at(y + 2 * r).data()};
+      slopes_of_row(stencil, r, depth.width(), discontinuity, out.row(y));
+      finish(y, out.row(y));
+    }
+  });
+}
+
 /// What limit_row needs of the lens; `limit` is 1 / cos^2 of the largest tilt.
-struct TiltTest {
+struct Tilt {
   float fx, fy, inverse_fx, inverse_fy, cx, cy, limit;
 };
 
 // N = (fx*sx, fy*sy, 1 - sx*dx - sy*dy) is a normal with N . ray = 1, so the cosine of the tilt is 1 / (|N| |ray|).
-UWV_SIMD_CLONES void limit_row(const TiltTest& t, int y, int width, Slope* slopes) {
+UWV_SIMD_CLONES void limit_row(const Tilt& t, int y, int width, Slope* slopes) {
   const float fx = t.fx, fy = t.fy, inverse_fx = t.inverse_fx, cx = t.cx, limit = t.limit;
   const float dy = static_cast<float>(y) + 0.5F - t.cy;
   const float ray_y = dy * t.inverse_fy;
@@ -91,6 +116,29 @@ UWV_SIMD_CLONES void limit_row(const TiltTest& t, int y, int width, Slope* slope
   }
 }
 
+/// limit_tilt() for a row.
+class TiltTest {
+ public:
+  TiltTest(const Intrinsics& k, double max_tilt) {
+    const double cosine = std::cos(max_tilt);
+    off_ = cosine < 1e-6;
+    tilt_ = {static_cast<float>(k.fx),
+             static_cast<float>(k.fy),
+             static_cast<float>(1 / k.fx),
+             static_cast<float>(1 / k.fy),
+             static_cast<float>(k.cx),
+             static_cast<float>(k.cy),
+             static_cast<float>(1 / (cosine * cosine))};
+  }
+  void limit(int y, int width, Slope* slopes) const {
+    if (!off_) limit_row(tilt_, y, width, slopes);
+  }
+
+ private:
+  bool off_;
+  Tilt tilt_;
+};
+
 }  // namespace
 
 void SlopeOptions::check() const {
@@ -100,39 +148,21 @@ void SlopeOptions::check() const {
 }
 
 SlopeMap slopes_from_depth(const DepthMap& depth, const SlopeOptions& options, ThreadPool& pool) {
-  options.check();
-  SlopeMap slopes(depth.size());
-  const int r = options.radius;
-  const int kept_rows = 4 * r + 1;
-  const float discontinuity = options.discontinuity * static_cast<float>(r);
-  pool.for_ranges(0, depth.height(), 16, [&](int from, int to) {
-    std::vector<std::vector<float>> rows(static_cast<std::size_t>(kept_rows));
-    const auto row_at = [&](int y) -> std::vector<float>& {
-      return rows[static_cast<std::size_t>((y + kept_rows) % kept_rows)];
-    };
-    for (int y = from - 2 * r; y < from + 2 * r; ++y) invert_row(depth, y, 2 * r, row_at(y));
-    for (int y = from; y < to; ++y) {
-      invert_row(depth, y + 2 * r, 2 * r, row_at(y + 2 * r));
-      const RowStencil stencil{row_at(y - 2 * r).data(), row_at(y - r).data(), row_at(y).data(), row_at(y + r).data(),
-                               row_at(y + 2 * r).data()};
-      slopes_of_row(stencil, r, depth.width(), discontinuity, slopes.row(y));
-    }
-  });
+  SlopeMap slopes;
+  slopes_of_rows(depth, options, pool, slopes, [](int, Slope*) {});
   return slopes;
 }
 
-void limit_tilt(SlopeMap& slopes, const Intrinsics& k, double max_tilt, ThreadPool& pool) {
-  const double cosine = std::cos(max_tilt);
-  if (cosine < 1e-6) return;
-  const TiltTest test{static_cast<float>(k.fx),
-                      static_cast<float>(k.fy),
-                      static_cast<float>(1 / k.fx),
-                      static_cast<float>(1 / k.fy),
-                      static_cast<float>(k.cx),
-                      static_cast<float>(k.cy),
-                      static_cast<float>(1 / (cosine * cosine))};
+void limited_slopes_from_depth(const DepthMap& depth, const Intrinsics& intrinsics, const SlopeOptions& options,
+                               ThreadPool& pool, SlopeMap& out) {
+  const TiltTest test(intrinsics, options.max_tilt);
+  slopes_of_rows(depth, options, pool, out, [&](int y, Slope* row) { test.limit(y, depth.width(), row); });
+}
+
+void limit_tilt(SlopeMap& slopes, const Intrinsics& intrinsics, double max_tilt, ThreadPool& pool) {
+  const TiltTest test(intrinsics, max_tilt);
   pool.for_ranges(0, slopes.height(), 32, [&](int from, int to) {
-    for (int y = from; y < to; ++y) limit_row(test, y, slopes.width(), slopes.row(y));
+    for (int y = from; y < to; ++y) test.limit(y, slopes.width(), slopes.row(y));
   });
 }
 

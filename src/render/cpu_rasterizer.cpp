@@ -2,50 +2,142 @@
 // The CPU renderer. Each thread draws a share of the points into a picture of its own; the pictures are then merged by
 // taking the smallest key per pixel. A key holds depth above and point code below, so the merged picture does not
 // depend on the number of threads, and "nearest wins, ties go to the lower code" is one integer comparison.
+#include <array>
 #include <bit>
 #include <limits>
 #include <vector>
 
 #include "render/cpu_soft_splat.h"
 #include "render/footprint.h"
+#include "render/narrow.h"
+#include "render/surfels.h"
 #include "uwv/render/rasterizer.h"
 
 namespace uwv {
 namespace {
 
 using Key = std::uint64_t;
+using detail::CacheAligned;
 constexpr Key no_key = std::numeric_limits<Key>::max();
 
 // Positive floats order like their bit patterns.
 Key key_of(float depth, std::uint32_t code) { return Key{std::bit_cast<std::uint32_t>(depth)} << 32 | code; }
 
-/// One thread's picture: `no_key`/0 everywhere between uses, so that only rows that were drawn on need clearing.
+/// One thread's picture: `empty` everywhere between uses, so that only rows that were drawn on need clearing. Behind it
+/// lie spare pixels for points that draw nothing (see Corners).
 template <class Pixel>
 struct Layer {
-  Image<Pixel> pixels;
+  Size size;
+  std::vector<Pixel, CacheAligned<Pixel>> pixels;
   int first_row = 0, last_row = -1;  ///< Rows drawn on since the last merge.
 
-  void prepare(Size size, Pixel empty) {
-    if (pixels.size() == size) return;
-    pixels = Image<Pixel>(size, empty);
-    first_row = size.height;
-    last_row = -1;
+  void prepare(Size wanted, Pixel empty) {
+    if (size == wanted) return;
+    size = wanted;
+    pixels.assign(size.pixels() + detail::block_size, empty);
+    forget_rows();
   }
+  Pixel* row(int y) { return pixels.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width); }
   void touch(int y0, int y1) {
     first_row = std::min(first_row, y0);
     last_row = std::max(last_row, y1);
   }
   bool touched(int y) const { return y >= first_row && y <= last_row; }
   void forget_rows() {
-    first_row = pixels.height();
+    first_row = size.height;
     last_row = -1;
   }
 };
+
+/// Calls touch(i, pixel) for each pixel that each point of a block covers, at least once.
+template <class Pixel, class Touch>
+void for_covered(Layer<Pixel>& layer, const detail::Footprints& f, const detail::BlockExtent& extent, int count,
+                 const Touch& touch) {
+  if (extent.wider <= 1 && extent.taller <= 1) {
+    // Nearly all blocks. Corner by corner over all points, without jumps: what a processor cannot predict, and one
+    // point waiting for its neighbour's pixel, would cost more than touching a pixel twice.
+    detail::Corners corners;
+    detail::corners_of_block(f, layer.size, count, corners);
+    if constexpr (sizeof(Pixel) == 8)
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += 8)
+        __builtin_prefetch(layer.pixels.data() + corners.index[2][i] + layer.size.width, 1);
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      if ((corner & 1) > static_cast<std::size_t>(extent.wider)) continue;
+      if ((corner >> 1) > static_cast<std::size_t>(extent.taller)) continue;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        touch(i, layer.pixels[corners.index[corner][i]]);
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    for (int y = f.y0[i]; y <= f.y1[i]; ++y) {
+      Pixel* row = layer.row(y);
+      for (int x = f.x0[i]; x <= f.x1[i]; ++x) touch(i, row[x]);
+    }
+}
 
 void check_target(const Camera& target) {
   require(target.size.width > 0 && target.size.height > 0 && target.size.width <= 65535 && target.size.height <= 65535,
           "a target of {}x{} pixels is outside 1..65535 on a side", target.size.width, target.size.height);
 }
+
+struct DrawNearest {
+  void operator()(Layer<Key>& layer, const detail::Footprints& f, const detail::BlockExtent& extent, int count, int x,
+                  int y) const {
+    alignas(64) std::array<Key, detail::block_size> keys;
+    for (int i = 0; i < count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      keys[at] = key_of(f.depth[at], PointCode::pack(x + i, y));
+    }
+    for_covered(layer, f, extent, count,
+                [&keys](std::size_t i, Key& pixel) { pixel = keys[i] < pixel ? keys[i] : pixel; });
+  }
+};
+
+/// 1 = not covered, so that merging by minimum serves both kinds of layer.
+struct DrawCovered {
+  void operator()(Layer<std::uint8_t>& layer, const detail::Footprints& f, const detail::BlockExtent& extent, int count,
+                  int, int) const {
+    for_covered(layer, f, extent, count, [](std::size_t, std::uint8_t& pixel) { pixel = 0; });
+  }
+};
+
+/// What the points of a block are made of; `slopes` and `keep` may be null.
+struct BlockOfPoints {
+  const float* depth;
+  const Slope* slopes;
+  const std::uint8_t* keep;
+};
+
+/// The points of a grid.
+struct GridBlocks {
+  const PointGrid& grid;
+
+  BlockOfPoints at(int x, int y, int) {
+    return {grid.depth->row(y) + x, grid.slopes != nullptr ? grid.slopes->row(y) + x : nullptr,
+            grid.keep != nullptr ? grid.keep->row(y) + x : nullptr};
+  }
+};
+
+/// The surface a z-buffer shows, as points of its own camera; made block by block, it never goes through memory.
+struct SurfaceBlocks {
+  const PointGrid& grid;
+  const ZBuffer& zbuffer;
+  WarpMap map;  ///< From the grid into the z-buffer's camera.
+  detail::Patches patches;
+  detail::Surfels surfels;
+  std::array<Slope, detail::block_size> slopes;
+
+  SurfaceBlocks(const PointGrid& points, const Camera& camera, const ZBuffer& seen)
+      : grid(points), zbuffer(seen), map(WarpMap::between(points.camera, camera)) {}
+
+  BlockOfPoints at(int x, int y, int count) {
+    detail::gather_patches(grid, zbuffer.winner.row(y) + x, count, patches);
+    detail::meet_patches(map, x, y, count, patches, surfels);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) slopes[i] = {surfels.sx[i], surfels.sy[i]};
+    return {surfels.depth.data(), slopes.data(), nullptr};
+  }
+};
 
 class CpuRasterizer final : public Rasterizer {
  public:
@@ -54,16 +146,11 @@ class CpuRasterizer final : public Rasterizer {
   std::string name() const override { return "cpu"; }
 
   void zbuffer(const PointGrid& points, const Camera& target, const FootprintOptions& options, ZBuffer& out) override {
-    draw(points, target, options, key_layers_, no_key,
-         [](Layer<Key>& layer, const detail::Footprints& f, int i, int x, int y) {
-           const auto at = static_cast<std::size_t>(i);
-           const Key key = key_of(f.depth[at], PointCode::pack(x, y));
-           for (int ty = f.y0[at]; ty <= f.y1[at]; ++ty) {
-             Key* row = layer.pixels.row(ty);
-             for (int tx = f.x0[at]; tx <= f.x1[at]; ++tx)
-               if (key < row[tx]) row[tx] = key;
-           }
-         });
+    points.check();
+    const Size source = points.camera.size;
+    out.reach.resize(blocks_per_row(source.width) * static_cast<std::size_t>(source.height));
+    draw(points.camera, GridBlocks{points}, target, options, key_layers_, no_key, DrawNearest{},
+         {.note = out.reach.data()});
     out.winner.resize(target.size);
     out.depth.resize(target.size);
     merge(key_layers_, target.size, no_key, [&](int y, const Key* keys) {
@@ -76,22 +163,42 @@ class CpuRasterizer final : public Rasterizer {
     });
   }
 
+  std::size_t narrow(const PointGrid& points, const Camera& target, const FootprintOptions& options,
+                     ZBuffer& zbuffer) override {
+    points.check();
+    const Size source = points.camera.size;
+    if (zbuffer.reach.size() != blocks_per_row(source.width) * static_cast<std::size_t>(source.height))
+      return Rasterizer::narrow(points, target, options, zbuffer);  // another renderer's
+    const std::size_t dropped = detail::forget_dropped_winners(points, pool_, zbuffer, vacant_);
+    if (dropped == 0) return 0;
+    draw(points.camera, GridBlocks{points}, target, options, key_layers_, no_key, DrawNearest{},
+         {.wanted = &vacant_, .reach = zbuffer.reach.data()});
+    // No point of the superset reached the pixels that were empty before, so every empty pixel may take what came.
+    merge(key_layers_, target.size, no_key, [&](int y, const Key* keys) {
+      std::uint32_t* winner = zbuffer.winner.row(y);
+      float* depth = zbuffer.depth.row(y);
+      for (int x = 0; x < target.size.width; ++x) {
+        const bool take = (winner[x] == PointCode::none) & (keys[x] != no_key);
+        winner[x] = take ? static_cast<std::uint32_t>(keys[x]) : winner[x];
+        depth[x] = take ? std::bit_cast<float>(static_cast<std::uint32_t>(keys[x] >> 32)) : depth[x];
+      }
+    });
+    return dropped;
+  }
+
   void coverage(const PointGrid& points, const Camera& target, const FootprintOptions& options,
                 ValidityMask& out) override {
-    // 1 = not covered, so that merging by minimum serves both kinds of layer.
-    draw(points, target, options, hit_layers_, std::uint8_t{1},
-         [](Layer<std::uint8_t>& layer, const detail::Footprints& f, int i, int, int) {
-           const auto at = static_cast<std::size_t>(i);
-           for (int ty = f.y0[at]; ty <= f.y1[at]; ++ty) {
-             std::uint8_t* row = layer.pixels.row(ty);
-             for (int tx = f.x0[at]; tx <= f.x1[at]; ++tx) row[tx] = 0;
-           }
-         });
-    out.resize(target.size);
-    merge(hit_layers_, target.size, std::uint8_t{1}, [&](int y, const std::uint8_t* missed) {
-      std::uint8_t* row = out.row(y);
-      for (int x = 0; x < target.size.width; ++x) row[x] = missed[x] ^ 1U;
-    });
+    points.check();
+    cover(points.camera, GridBlocks{points}, target, options, out);
+  }
+
+  bool come_back(const PointGrid& points, const Camera& target, const ZBuffer& zbuffer, const FootprintOptions& options,
+                 ValidityMask& out) override {
+    points.check();
+    require(zbuffer.winner.size() == target.size, "the z-buffer is {}x{}, its camera {}x{}", zbuffer.winner.width(),
+            zbuffer.winner.height(), target.size.width, target.size.height);
+    cover(target, SurfaceBlocks(points, target, zbuffer), points.camera, options, out);
+    return true;
   }
 
   void soft_splat(const PointGrid& points, const ImageRgbF* colour, const Camera& target,
@@ -102,48 +209,66 @@ class CpuRasterizer final : public Rasterizer {
   }
 
  private:
-  template <class Pixel, class Draw>
-  void draw(const PointGrid& points, const Camera& target, const FootprintOptions& options,
-            std::vector<Layer<Pixel>>& layers, Pixel empty, const Draw& draw_point) {
-    points.check();
+  /// What decides which blocks are drawn, and what is noted about them; either may be null.
+  struct Blocks {
+    const detail::TileMap* wanted = nullptr;  ///< Draw at least every point that covers a pixel marked here, ..
+    const PixelBox* reach = nullptr;          ///< .. knowing that each block covers no more than this.
+    PixelBox* note = nullptr;                 ///< What each block covers.
+  };
+
+  template <class Source>
+  void cover(const Camera& camera, const Source& source, const Camera& target, const FootprintOptions& options,
+             ValidityMask& out) {
+    draw(camera, source, target, options, hit_layers_, std::uint8_t{1}, DrawCovered{}, {});
+    out.resize(target.size);
+    merge(hit_layers_, target.size, std::uint8_t{1}, [&](int y, const std::uint8_t* missed) {
+      std::uint8_t* row = out.row(y);
+      for (int x = 0; x < target.size.width; ++x) row[x] = missed[x] ^ 1U;
+    });
+  }
+
+  /// Draws the points of `source`, which belong to `camera`, into the layers.
+  template <class Source, class Pixel, class Draw>
+  void draw(const Camera& camera, const Source& source, const Camera& target, const FootprintOptions& options,
+            std::vector<Layer<Pixel>>& layers, Pixel empty, const Draw& draw_block, const Blocks& blocks) {
     check_target(target);
     options.check();
-    const WarpMap map = WarpMap::between(points.camera, target);
+    const WarpMap map = WarpMap::between(camera, target);
     const detail::FootprintLimits limits(target.size, options);
-    const Size size = points.camera.size;
+    const Size size = camera.size;
     layers.resize(static_cast<std::size_t>(std::min(pool_.size(), size.height)));
     const int parts = static_cast<int>(layers.size());
     pool_.run(parts, [&](int part) {
       Layer<Pixel>& layer = layers[static_cast<std::size_t>(part)];
       layer.prepare(target.size, empty);
+      Source own = source;
       const int from = static_cast<int>(static_cast<long>(size.height) * part / parts);
       const int to = static_cast<int>(static_cast<long>(size.height) * (part + 1) / parts);
-      draw_rows(points, map, limits, from, to, layer, draw_point);
+      for (int y = from; y < to; ++y) draw_row(own, map, limits, size.width, y, layer, draw_block, blocks);
     });
   }
 
-  template <class Pixel, class Draw>
-  static void draw_rows(const PointGrid& points, const WarpMap& map, const detail::FootprintLimits& limits, int from,
-                        int to, Layer<Pixel>& layer, const Draw& draw_point) {
+  template <class Source, class Pixel, class Draw>
+  static void draw_row(Source& source, const WarpMap& map, const detail::FootprintLimits& limits, int width, int y,
+                       Layer<Pixel>& layer, const Draw& draw_block, const Blocks& blocks) {
     detail::Footprints footprints;
-    const int width = points.camera.size.width;
-    int first_row = std::numeric_limits<int>::max(), last_row = -1;
-    for (int y = from; y < to; ++y) {
-      for (int x = 0; x < width; x += detail::block_size) {
-        const int count = std::min(detail::block_size, width - x);
-        detail::footprints_of_block(map, x, y, count, points.depth->row(y) + x,
-                                    points.slopes != nullptr ? points.slopes->row(y) + x : nullptr,
-                                    points.keep != nullptr ? points.keep->row(y) + x : nullptr, limits, footprints);
-        for (int i = 0; i < count; ++i) {
-          const auto at = static_cast<std::size_t>(i);
-          if (footprints.x1[at] < footprints.x0[at]) continue;
-          first_row = std::min(first_row, footprints.y0[at]);
-          last_row = std::max(last_row, footprints.y1[at]);
-          draw_point(layer, footprints, i, x + i, y);
-        }
-      }
+    std::size_t block = static_cast<std::size_t>(y) * blocks_per_row(width);
+    for (int x = 0; x < width; x += detail::block_size, ++block) {
+      if (blocks.reach != nullptr && (blocks.reach[block].empty() || !blocks.wanted->any(blocks.reach[block])))
+        continue;
+      const int count = std::min(detail::block_size, width - x);
+      const BlockOfPoints points = source.at(x, y, count);
+      detail::footprints_of_block(map, x, y, count, points.depth, points.slopes, points.keep, limits, footprints);
+      const detail::BlockExtent extent = detail::extent_of_block(footprints, count);
+      if (blocks.note != nullptr) blocks.note[block] = extent.box;
+      if (extent.box.empty()) continue;
+      layer.touch(extent.box.y0, extent.box.y1);
+      draw_block(layer, footprints, extent, count, x, y);
     }
-    layer.touch(first_row, last_row);
+  }
+
+  static std::size_t blocks_per_row(int width) {
+    return (static_cast<std::size_t>(width) + detail::block_size - 1) / detail::block_size;
   }
 
   /// Calls emit(y, row) with the smallest value of all layers in each row, and empties the layers again.
@@ -155,7 +280,7 @@ class CpuRasterizer final : public Rasterizer {
         Pixel* merged = nullptr;
         for (Layer<Pixel>& layer : layers) {
           if (!layer.touched(y)) continue;
-          Pixel* row = layer.pixels.row(y);
+          Pixel* row = layer.row(y);
           if (merged == nullptr) {
             merged = row;
             continue;
@@ -173,6 +298,7 @@ class CpuRasterizer final : public Rasterizer {
   ThreadPool& pool_;
   std::vector<Layer<Key>> key_layers_;
   std::vector<Layer<std::uint8_t>> hit_layers_;
+  detail::TileMap vacant_;
   detail::SoftScratch soft_scratch_;
 };
 
@@ -181,6 +307,18 @@ class CpuRasterizer final : public Rasterizer {
 void FootprintOptions::check() const {
   require(point_size > 0 && point_size <= 16, "point_size {} is outside (0, 16]", point_size);
   require(max_footprint >= 1 && max_footprint <= 255, "max_footprint {} is outside 1..255", max_footprint);
+}
+
+bool Rasterizer::come_back(const PointGrid&, const Camera&, const ZBuffer&, const FootprintOptions&, ValidityMask&) {
+  return false;
+}
+
+std::size_t Rasterizer::narrow(const PointGrid& points, const Camera& target, const FootprintOptions& options,
+                               ZBuffer& in_out) {
+  points.check();
+  const std::size_t dropped = detail::count_dropped_winners(points, in_out);
+  if (dropped > 0) zbuffer(points, target, options, in_out);
+  return dropped;
 }
 
 std::unique_ptr<Rasterizer> make_cpu_rasterizer(ThreadPool& pool) { return std::make_unique<CpuRasterizer>(pool); }

@@ -8,21 +8,31 @@
 
 namespace uwv::detail {
 
-/// A projected point on the reference's canvas, which is the target with one pixel of padding on each side and integer
-/// pixel centres; weight 0 = draws nothing.
-struct SoftPoint {
-  float x = 0, y = 0, depth = 0, weight = 0;
+/// The points on the reference's canvas, which is the target with one pixel of padding on each side and integer pixel
+/// centres. Weight 0 = draws nothing.
+struct SoftPoints {
+  Image<float> x, y, depth, weight;
+  std::vector<float> top, bottom;  ///< Least and greatest y of each row's points; top > bottom where none draws.
+  void resize(Size size);
 };
 
-/// Weighted sums of one target pixel.
-struct SoftSum {
-  float r = 0, g = 0, b = 0, depth = 0, weight = 0;
+/// Weighted sums of one canvas pixel, with colour and without.
+struct alignas(32) ColourSum {
+  using Value = float __attribute__((vector_size(16)));  ///< Red, green, blue, depth.
+  Value value;
+  float weight;
+};
+struct DepthSum {
+  using Value = float;
+  Value value;
+  float weight;
 };
 
 /// Memory kept between calls.
 struct SoftScratch {
-  Image<SoftPoint> points;
-  Image<SoftSum> sums;
+  SoftPoints points;
+  std::vector<ColourSum, CacheAligned<ColourSum>> colour_sums;
+  std::vector<DepthSum, CacheAligned<DepthSum>> depth_sums;
 };
 
 void soft_splat(const PointGrid& points, const ImageRgbF* colour, const Camera& target, const SoftSplatOptions& options,

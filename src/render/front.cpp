@@ -38,6 +38,12 @@ UWV_SIMD_CLONES void front_of_row(const FrontTest& t, int y, int width, const fl
 }  // namespace
 
 ValidityMask front_mask(const PointGrid& points, const Camera& target, double cos_alpha, ThreadPool& pool) {
+  ValidityMask front;
+  front_mask(points, target, cos_alpha, pool, front);
+  return front;
+}
+
+void front_mask(const PointGrid& points, const Camera& target, double cos_alpha, ThreadPool& pool, ValidityMask& out) {
   points.check();
   const Intrinsics& k = points.camera.intrinsics;
   const Eigen::Vector3f centre = target_from_source(points.camera, target).translation.cast<float>();
@@ -52,14 +58,13 @@ ValidityMask front_mask(const PointGrid& points, const Camera& target, double co
   test.centre_y = centre.y();
   test.centre_z = centre.z();
   test.cos_alpha = static_cast<float>(cos_alpha);
-  ValidityMask front(points.camera.size);
+  out.resize(points.camera.size);
   const SlopeMap facing_camera = points.slopes != nullptr ? SlopeMap() : SlopeMap(points.camera.size.width, 1);
-  pool.for_ranges(0, front.height(), 16, [&](int from, int to) {
+  pool.for_ranges(0, out.height(), 16, [&](int from, int to) {
     for (int y = from; y < to; ++y)
-      front_of_row(test, y, front.width(), points.depth->row(y),
-                   points.slopes != nullptr ? points.slopes->row(y) : facing_camera.data(), front.row(y));
+      front_of_row(test, y, out.width(), points.depth->row(y),
+                   points.slopes != nullptr ? points.slopes->row(y) : facing_camera.data(), out.row(y));
   });
-  return front;
 }
 
 }  // namespace uwv

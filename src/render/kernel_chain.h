@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderings Algorithm 1 asks for, as one kernel makes them. Passes are called in the order of the algorithm for
-// each frame: first, come_back, draw; a frame may leave out any but draw.
+// each frame: first, come_back, draw, colour; a frame may leave out the first two. colour() may be called again.
 #pragma once
 
 #include <memory>
@@ -23,11 +23,11 @@ class KernelChain {
                          ValidityMask& second) = 0;
   /// Where these points land in the target.
   virtual void coverage(const PointGrid& points, const Camera& target, ValidityMask& out) = 0;
-  /// True when drawing only the points of `keep` would give the first() rendering once more.
-  virtual bool first_is_final(const ValidityMask& keep) const = 0;
-  /// The final rendering; with reuse_first, of the points the last first() drew.
-  virtual void draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool reuse_first,
-                    RenderedFrame& out) = 0;
+  /// The final rendering. With `after_first` the last first() drew a superset of `kept` into the same target; returns
+  /// false when `kept` gives that rendering once more.
+  virtual bool draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool after_first) = 0;
+  /// The picture of the last draw().
+  virtual void colour(const SourceFrame& source, const PointGrid& kept, const Camera& target, RenderedFrame& out) = 0;
 };
 
 /// Kernel::nearest and Kernel::resample.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/render/occlusion.h"
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -8,6 +9,7 @@
 
 #include "render/accumulate.h"
 #include "render/kernel_chain.h"
+#include "uwv/core/simd.h"
 
 namespace uwv {
 namespace {
@@ -15,7 +17,7 @@ namespace {
 constexpr const char* same_as_before = "same source frame and camera as the frame before";
 constexpr const char* same_camera = "the target is the source camera: every point maps to its own pixel";
 constexpr const char* no_parallax = "the camera only turns or zooms and keeps the whole picture: nothing can hide";
-constexpr const char* nothing_hidden = "all points the first pass drew are kept: the last pass would repeat it";
+constexpr const char* nothing_hidden = "all points the first pass shows are kept: the last pass would repeat it";
 
 /// True when every pixel of the source's picture stays inside the target's under a pure rotation or zoom. Straight
 /// lines stay straight, so the corners decide.
@@ -40,6 +42,43 @@ void check_source(const SourceFrame& source) {
     require(mask == nullptr || mask->size() == size, "a source mask does not have the picture's size {}x{}", size.width,
             size.height);
   PointGrid{source.camera, source.depth, source.slopes, source.valid}.check();
+}
+
+/// Pixels of a row that are 1.
+struct KeptOfRow {
+  std::uint32_t reliable = 0, kept = 0;
+};
+
+UWV_SIMD_CLONES KeptOfRow keep_row(const std::uint8_t* reliable, const std::uint8_t* visible, const std::uint8_t* front,
+                                   int width, std::uint8_t* keep) {
+  KeptOfRow sum;
+#pragma GCC ivdep  // inputs and outputs never overlap
+  for (int x = 0; x < width; ++x) {
+    const auto kept = static_cast<std::uint8_t>(reliable[x] & visible[x] & front[x]);
+    keep[x] = kept;
+    sum.reliable += reliable[x];
+    sum.kept += kept;
+  }
+  return sum;
+}
+
+/// keep = reliable and visible and in front. Counts the reliable and the kept ones.
+void combine(const ValidityMask& reliable, const ValidityMask& visible, const ValidityMask& front, ThreadPool& pool,
+             ValidityMask& keep, FrameReport& report) {
+  keep.resize(reliable.size());
+  std::atomic<std::size_t> points{0}, drawn{0};
+  pool.for_ranges(0, keep.height(), 64, [&](int from, int to) {
+    std::size_t points_here = 0, drawn_here = 0;
+    for (int y = from; y < to; ++y) {
+      const KeptOfRow row = keep_row(reliable.row(y), visible.row(y), front.row(y), keep.width(), keep.row(y));
+      points_here += row.reliable;
+      drawn_here += row.kept;
+    }
+    points += points_here;
+    drawn += drawn_here;
+  });
+  report.points = points;
+  report.drawn = drawn;
 }
 
 /// The source's own picture where `keep` is 1.
@@ -67,12 +106,12 @@ struct OcclusionRenderer::State {
   SlopeMap slopes;
   ValidityMask reliable;
 
-  // The last view, for paths that stand still.
+  // The last view, for paths that stand still: `keep` and the chain still hold what it was made of.
   std::optional<Camera> last_target;
-  RenderedFrame last_frame;
   FrameReport last_report;
+  bool last_was_copied = false;
 
-  ValidityMask second, keep;  // scratch
+  ValidityMask second, front, keep;
 
   State(Rasterizer& rasterizer, ThreadPool& p, OcclusionOptions o)
       : pool(p), options(std::move(o)), visible(options.accumulation) {
@@ -85,26 +124,27 @@ struct OcclusionRenderer::State {
     if (source_index == source.index) return;
     source_index = source.index;
     last_target.reset();
-    if (source.slopes == nullptr) {
-      slopes = slopes_from_depth(*source.depth, options.slopes, pool);
-      limit_tilt(slopes, source.camera.intrinsics, options.slopes.max_tilt, pool);
-    }
-    if (source.valid == nullptr) reliable = reliable_depth(*source.depth, options.reliability, pool);
+    if (source.slopes == nullptr)
+      limited_slopes_from_depth(*source.depth, source.camera.intrinsics, options.slopes, pool, slopes);
+    if (source.valid == nullptr) reliable_depth(*source.depth, options.reliability, pool, reliable);
   }
 
   bool drops_front_points() const { return options.normal_filter && options.alpha < std::numbers::pi / 2; }
 
   /// Step 1: M_vis of this frame. Returns why nothing had to be rendered, or null.
-  const char* accumulate(const SourceFrame& source, const PointGrid& points, const Camera& target,
-                         const ValidityMask& front, bool want_first, FrameReport& report);
-  void find_second(const SourceFrame& source, const PointGrid& points, const Camera& target, const ValidityMask& front,
-                   FrameReport& report);
+  const char* accumulate(const SourceFrame& source, const PointGrid& points, const Camera& target, bool want_first,
+                         FrameReport& report);
+  void find_second(const SourceFrame& source, const PointGrid& points, const Camera& target, FrameReport& report);
+  PointGrid grid(const SourceFrame& source, const ValidityMask& kept) const {
+    return {source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, &kept};
+  }
+  void show(const SourceFrame& source, const Camera& target, RenderedFrame& out);
   void run(const SourceFrame& source, const Camera& target, RenderedFrame& out, FrameMasks* masks, FrameReport& report);
 };
 
 /// M'' by the first two passes, into `second`.
 void OcclusionRenderer::State::find_second(const SourceFrame& source, const PointGrid& points, const Camera& target,
-                                           const ValidityMask& front, FrameReport& report) {
+                                           FrameReport& report) {
   ValidityMask landed;
   if (options.accumulation == Accumulation::foreground) {
     // The official recursion lets only background pixels come back: what the foreground lands on says nothing.
@@ -124,8 +164,7 @@ void OcclusionRenderer::State::find_second(const SourceFrame& source, const Poin
 }
 
 const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, const PointGrid& points,
-                                                 const Camera& target, const ValidityMask& front, bool want_first,
-                                                 FrameReport& report) {
+                                                 const Camera& target, bool want_first, FrameReport& report) {
   const bool naive = options.visibility == Visibility::none;
   const WarpMap map = WarpMap::between(source.camera, target);
   const bool skip = options.skip_unneeded && !want_first;
@@ -140,44 +179,50 @@ const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, cons
       chain->first(points, target);
       ++report.passes;
     }
-    second = ValidityMask(source.camera.size, 1);
+    second.resize(source.camera.size);
+    second.fill(1);
     visible.add_all(source.camera.size, source.foreground);
     return reason;
   }
-  find_second(source, points, target, front, report);
+  find_second(source, points, target, report);
   visible.add(second, points, target, source.foreground, pool);
   return nullptr;
+}
+
+/// The picture of the kept points.
+void OcclusionRenderer::State::show(const SourceFrame& source, const Camera& target, RenderedFrame& out) {
+  if (last_was_copied)
+    copy_kept(source, keep, out);
+  else
+    chain->colour(source, grid(source, keep), target, out);
 }
 
 void OcclusionRenderer::State::run(const SourceFrame& source, const Camera& target, RenderedFrame& out,
                                    FrameMasks* masks, FrameReport& report) {
   const ValidityMask& reliable_points = source.valid != nullptr ? *source.valid : reliable;
-  PointGrid points{source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, &reliable_points};
-  const ValidityMask front = options.normal_filter ? front_mask(points, target, std::cos(options.alpha), pool)
-                                                   : ValidityMask(source.camera.size, 1);
-  const char* reason = accumulate(source, points, target, front, masks != nullptr, report);
-
-  keep = reliable_points;
-  intersect(keep, visible.mask());
-  intersect(keep, front);
-  report.points = reliable_points.count();
-  report.drawn = keep.count();
+  const PointGrid points = grid(source, reliable_points);
+  if (options.normal_filter) {
+    front_mask(points, target, std::cos(options.alpha), pool, front);
+  } else {
+    front.resize(source.camera.size);
+    front.fill(1);
+  }
+  const char* reason = accumulate(source, points, target, masks != nullptr, report);
+  combine(reliable_points, visible.mask(), front, pool, keep, report);
   if (masks != nullptr) {
     chain->first_mask(masks->first);
     masks->second = second;
     masks->visible = visible.mask();
     masks->front = front;
   }
-  if (reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear) {
-    copy_kept(source, keep, out);
-    report.skipped = reason;
-    return;
+  last_was_copied = reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear;
+  if (!last_was_copied) {
+    const bool after_first = options.skip_unneeded && report.passes > 0;
+    const bool drawn = chain->draw(source, grid(source, keep), target, after_first);
+    report.passes += drawn;
+    if (!drawn) reason = nothing_hidden;
   }
-  const bool reuse = options.skip_unneeded && report.passes > 0 && chain->first_is_final(keep);
-  if (reuse) reason = nothing_hidden;
-  points.keep = &keep;
-  chain->draw(source, points, target, reuse, out);
-  report.passes += !reuse;
+  show(source, target, out);
   if (reason != nullptr) report.skipped = reason;
 }
 
@@ -195,14 +240,13 @@ FrameReport OcclusionRenderer::render(const SourceFrame& source, const Camera& t
   FrameReport report;
   // Rendering the same view again cannot change M_vis either: the product is idempotent.
   if (state.options.skip_unneeded && masks == nullptr && state.last_target == target) {
-    out = state.last_frame;
+    state.show(source, target, out);
     report = state.last_report;
     report.passes = 0;
     report.skipped = same_as_before;
   } else {
     state.run(source, target, out, masks, report);
     state.last_target = target;
-    state.last_frame = out;
     state.last_report = report;
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

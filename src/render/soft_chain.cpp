@@ -20,16 +20,16 @@ class SoftChain final : public KernelChain {
 
   void come_back(const PointGrid& points, const Camera& target, const ValidityMask* exclude,
                  ValidityMask& second) override {
-    DepthMap depth = first_.depth;
     if (exclude != nullptr)
-      std::transform(depth.pixels().begin(), depth.pixels().end(), exclude->pixels().begin(), depth.pixels().begin(),
-                     [](float z, std::uint8_t out) { return out != 0 ? 0.0F : z; });
+      std::transform(first_.depth.pixels().begin(), first_.depth.pixels().end(), exclude->pixels().begin(),
+                     first_.depth.pixels().begin(), [](float z, std::uint8_t out) { return out != 0 ? 0.0F : z; });
     if (options_.visibility == Visibility::ztest) {
-      const SlopeMap facing(depth.size());
-      visible_by_ztest(points, target, depth, facing, options_.tolerance(), pool_, second);
+      const SlopeMap facing(target.size);
+      visible_by_ztest(points, target, first_.depth, facing, options_.tolerance(), pool_, second);
       return;
     }
-    rasterizer_.soft_splat({target, &depth, nullptr, nullptr}, nullptr, points.camera, options_.soft_splat, back_);
+    rasterizer_.soft_splat({target, &first_.depth, nullptr, nullptr}, nullptr, points.camera, options_.soft_splat,
+                           back_);
     second = back_.valid;
     if (options_.tolerance() > 0)
       for (int y = 0; y < second.height(); ++y)
@@ -44,28 +44,38 @@ class SoftChain final : public KernelChain {
     out = back_.valid;
   }
 
-  // Every point adds to a soft splat, the hidden ones too.
-  bool first_is_final(const ValidityMask&) const override { return false; }
-
-  void draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool, RenderedFrame& out) override {
+  // Every point adds to a soft splat, the hidden ones too, and the first one has no colour.
+  bool draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool) override {
     to_float(*source.colour);
     rasterizer_.soft_splat(kept, &colour_, target, options_.soft_splat, final_);
+    return true;
+  }
+
+  void colour(const SourceFrame&, const PointGrid&, const Camera& target, RenderedFrame& out) override {
     out.colour.resize(target.size);
-    const auto to_byte = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F); };
-    std::transform(final_.colour.pixels().begin(), final_.colour.pixels().end(), out.colour.pixels().begin(),
-                   [&](const RgbF& c) {
-                     return Rgb8{to_byte(c.r), to_byte(c.g), to_byte(c.b)};
-                   });
-    out.depth = final_.depth;
+    out.depth.resize(target.size);
+    const auto byte = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F); };
+    pool_.for_ranges(0, target.size.height, 16, [&](int from, int to) {
+      for (int y = from; y < to; ++y) {
+        std::transform(final_.colour.row(y), final_.colour.row(y) + target.size.width, out.colour.row(y),
+                       [&](const RgbF& c) {
+                         return Rgb8{byte(c.r), byte(c.g), byte(c.b)};
+                       });
+        std::copy_n(final_.depth.row(y), target.size.width, out.depth.row(y));
+      }
+    });
     out.valid = final_.valid;
   }
 
  private:
   void to_float(const ImageRgb& colour) {
     colour_.resize(colour.size());
-    const auto unit = [](std::uint8_t v) { return static_cast<float>(v) / 255.0F; };
-    std::transform(colour.pixels().begin(), colour.pixels().end(), colour_.pixels().begin(), [&](const Rgb8& c) {
-      return RgbF{unit(c.r), unit(c.g), unit(c.b)};
+    pool_.for_ranges(0, colour.height(), 16, [&](int from, int to) {
+      for (int y = from; y < to; ++y)
+        std::transform(colour.row(y), colour.row(y) + colour.width(), colour_.row(y), [](const Rgb8& c) {
+          return RgbF{static_cast<float>(c.r) / 255.0F, static_cast<float>(c.g) / 255.0F,
+                      static_cast<float>(c.b) / 255.0F};
+        });
     });
   }
 

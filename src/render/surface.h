@@ -14,15 +14,11 @@
 
 namespace uwv::detail {
 
-/// How far from the winner's centre, in source pixels, its plane is trusted. Its own patch ends at 0.5; a little more
-/// absorbs the bounding rectangle's corners and rounding.
-inline constexpr float patch_reach = 0.75F;
-
 /// Depth (and slope, unless null) of the surface at each target pixel's centre; 0 where the z-buffer is empty.
 void surface_geometry(const PointGrid& points, const Camera& target, const ZBuffer& zbuffer, ThreadPool& pool,
                       DepthMap& depth, SlopeMap* slopes);
 
-/// The winner's own colour.
+/// The winner's own colour and depth.
 void nearest_colour(const ZBuffer& zbuffer, const ImageRgb& source, ThreadPool& pool, RenderedFrame& out);
 
 /// Colour looked up where the pixel's ray meets the winner's plane: bilinear over those of the four source pixels

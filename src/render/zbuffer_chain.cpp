@@ -24,6 +24,10 @@ class ZBufferChain final : public KernelChain {
 
   void come_back(const PointGrid& points, const Camera& target, const ValidityMask* exclude,
                  ValidityMask& second) override {
+    const bool only_coverage = options_.visibility == Visibility::reproject && options_.tolerance() == 0;
+    if (only_coverage && exclude == nullptr &&
+        rasterizer_.come_back(points, target, first_, options_.footprint, second))
+      return;
     surface_geometry(points, target, first_, pool_, surface_depth_, &surface_slopes_);
     if (exclude != nullptr)
       std::transform(surface_depth_.pixels().begin(), surface_depth_.pixels().end(), exclude->pixels().begin(),
@@ -45,23 +49,17 @@ class ZBufferChain final : public KernelChain {
     rasterizer_.coverage(points, target, options_.footprint, out);
   }
 
-  // Points that lost at every pixel can be removed without changing who wins, so only dropped winners matter.
-  bool first_is_final(const ValidityMask& keep) const override {
-    for (const std::uint32_t code : first_.winner.pixels())
-      if (code != PointCode::none && keep(PointCode::x(code), PointCode::y(code)) == 0) return false;
+  bool draw(const SourceFrame&, const PointGrid& kept, const Camera& target, bool after_first) override {
+    if (after_first) return rasterizer_.narrow(kept, target, options_.footprint, first_) > 0;
+    rasterizer_.zbuffer(kept, target, options_.footprint, first_);
     return true;
   }
 
-  void draw(const SourceFrame& source, const PointGrid& kept, const Camera& target, bool reuse_first,
-            RenderedFrame& out) override {
-    if (!reuse_first) rasterizer_.zbuffer(kept, target, options_.footprint, final_);
-    const ZBuffer& zbuffer = reuse_first ? first_ : final_;
-    if (options_.kernel == Kernel::resample) {
-      resampled_colour(kept, target, zbuffer, *source.colour, pool_, out);
-    } else {
-      nearest_colour(zbuffer, *source.colour, pool_, out);
-      out.depth = zbuffer.depth;
-    }
+  void colour(const SourceFrame& source, const PointGrid& kept, const Camera& target, RenderedFrame& out) override {
+    if (options_.kernel == Kernel::resample)
+      resampled_colour(kept, target, first_, *source.colour, pool_, out);
+    else
+      nearest_colour(first_, *source.colour, pool_, out);
   }
 
  private:
@@ -76,7 +74,8 @@ class ZBufferChain final : public KernelChain {
   Rasterizer& rasterizer_;
   ThreadPool& pool_;
   const OcclusionOptions& options_;
-  ZBuffer first_, final_, returned_;
+  ZBuffer first_;  // the final rendering takes its place
+  ZBuffer returned_;
   DepthMap surface_depth_;
   SlopeMap surface_slopes_;
 };

@@ -34,7 +34,7 @@ TEST(ReliabilityTest, FollowsTheDefinition) {
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x)
       depth(x, y) = (x < 30 ? 2.0F : 2.2F) * noise(random) * (random() % 50 != 0 ? 1.0F : 0.0F);
-  for (const int window : {1, 3, 5, 9})
+  for (const int window : {1, 3, 5, 9, 131})
     for (const bool padding : {true, false}) {
       const ReliabilityOptions options{true, window, 0.11F, padding};
       const ValidityMask mask = reliable_depth(depth, options, pool);

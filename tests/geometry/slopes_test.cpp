@@ -127,6 +127,21 @@ TEST_F(SlopesTest, UnusableNormalsFaceTheCamera) {
   for (const Slope& slope : slopes.pixels()) EXPECT_EQ(slope, Slope{});
 }
 
+TEST_F(SlopesTest, LimitedSlopesAreSlopesThenLimited) {
+  ThreadPool pool(2);
+  DepthMap depth = plane({301, 97}, Eigen::Vector3d(0.5, 0.3, 0.81), 3.0);
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 100; x < 200; ++x) depth(x, y) = 1.0F + 0.5F * static_cast<float>(x - 100);  // a smeared edge
+  for (const double max_tilt : {0.5, 1.5, std::numbers::pi / 2}) {
+    SlopeOptions options;
+    options.max_tilt = max_tilt;
+    SlopeMap wanted = slopes_from_depth(depth, options, pool), got;
+    limit_tilt(wanted, lens, max_tilt, pool);
+    limited_slopes_from_depth(depth, lens, options, pool, got);
+    EXPECT_EQ(wanted, got);
+  }
+}
+
 TEST_F(SlopesTest, DoesNotDependOnTheNumberOfThreads) {
   const DepthMap depth = plane({301, 97}, Eigen::Vector3d(0.5, 0.3, 0.81), 3.0);
   ThreadPool one(1), five(5);

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "render/surface.h"
 #include "support/render_scenes.h"
 
 namespace uwv::testing {
@@ -27,6 +28,49 @@ TEST(CpuRasterizerTest, DrawsWhatTheReferenceDraws) {
       rasterizer->soft_splat(scene.grid(), colour, scene.target, {}, got_splat);
       expect_same(wanted_splat, got_splat);
     }
+  }
+}
+
+TEST(CpuRasterizerTest, NarrowingGivesWhatDrawingThePartGives) {
+  for (const int threads : {1, 3}) {
+    ThreadPool pool(threads);
+    const auto rasterizer = make_cpu_rasterizer(pool);
+    for (const Scene& scene : all_scenes()) {
+      SCOPED_TRACE(scene.name);
+      expect_narrows_to_parts(*rasterizer, scene);
+    }
+  }
+}
+
+TEST(CpuRasterizerTest, NarrowsAnotherRenderersZBuffer) {
+  ThreadPool pool(2);
+  const auto rasterizer = make_cpu_rasterizer(pool);
+  const Scene scene = all_scenes().front();
+  ZBuffer whole, wanted;
+  rasterizer->zbuffer(scene.grid(), scene.target, scene.footprint, whole);
+  whole.reach.clear();
+  const ValidityMask half = parts_of(scene)[3];
+  PointGrid grid = scene.grid();
+  grid.keep = &half;
+  rasterizer->zbuffer(grid, scene.target, scene.footprint, wanted);
+  EXPECT_GT(rasterizer->narrow(grid, scene.target, scene.footprint, whole), 0U);
+  expect_same(wanted, whole);
+}
+
+TEST(CpuRasterizerTest, ComesBackAsTheSurfaceDoes) {
+  ThreadPool pool(2);
+  const auto rasterizer = make_cpu_rasterizer(pool);
+  for (const Scene& scene : all_scenes()) {
+    SCOPED_TRACE(scene.name);
+    ZBuffer zbuffer;
+    rasterizer->zbuffer(scene.grid(), scene.target, scene.footprint, zbuffer);
+    DepthMap depth;
+    SlopeMap slopes;
+    detail::surface_geometry(scene.grid(), scene.target, zbuffer, pool, depth, &slopes);
+    ValidityMask wanted, got;
+    rasterizer->coverage({scene.target, &depth, &slopes, nullptr}, scene.source, scene.footprint, wanted);
+    ASSERT_TRUE(rasterizer->come_back(scene.grid(), scene.target, zbuffer, scene.footprint, got));
+    expect_same(wanted, got);
   }
 }
 

@@ -63,6 +63,14 @@ TEST_P(GlRasterizerTest, CoversTheReferencesPixels) {
   }
 }
 
+TEST_P(GlRasterizerTest, NarrowingGivesWhatDrawingThePartGives) {
+  const std::vector<Scene> scenes = all_scenes();
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, scenes.size()); ++i) {
+    SCOPED_TRACE(scenes[i].name);
+    expect_narrows_to_parts(*rasterizer_, scenes[i]);
+  }
+}
+
 TEST_P(GlRasterizerTest, SplatsTheReferencesSoftPicture) {
   for (const Scene& scene : all_scenes()) {
     SCOPED_TRACE(scene.name);

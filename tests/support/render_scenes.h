@@ -179,4 +179,37 @@ inline void expect_same(const SoftSplat& wanted, const SoftSplat& got) {
       });
 }
 
+/// Parts of a grid's points: all, none, one, a half, and most of them at random.
+inline std::vector<ValidityMask> parts_of(const Scene& scene) {
+  const Size size = scene.source.size;
+  const ValidityMask all = scene.use_keep ? scene.keep : ValidityMask(size, 1);
+  std::vector<ValidityMask> parts{all, ValidityMask(size), ValidityMask(size), all, all};
+  parts[2](size.width / 2, size.height / 2) = all(size.width / 2, size.height / 2);
+  std::mt19937 generator(3);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      if (x < size.width / 2) parts[3](x, y) = 0;
+      if (generator() % 20 == 0) parts[4](x, y) = 0;
+    }
+  return parts;
+}
+
+/// narrow() must give what zbuffer() gives, and count the pixels whose winner went.
+inline void expect_narrows_to_parts(Rasterizer& rasterizer, const Scene& scene) {
+  ZBuffer whole;
+  rasterizer.zbuffer(scene.grid(), scene.target, scene.footprint, whole);
+  for (const ValidityMask& part : parts_of(scene)) {
+    PointGrid grid = scene.grid();
+    grid.keep = &part;
+    ZBuffer wanted, got = whole;
+    rasterizer.zbuffer(grid, scene.target, scene.footprint, wanted);
+    const std::size_t changed = rasterizer.narrow(grid, scene.target, scene.footprint, got);
+    expect_same(wanted, got);
+    std::size_t lost = 0;
+    for (std::size_t i = 0; i < whole.winner.size().pixels(); ++i)
+      lost += whole.winner.data()[i] != wanted.winner.data()[i];
+    EXPECT_EQ(changed, lost);
+  }
+}
+
 }  // namespace uwv::testing

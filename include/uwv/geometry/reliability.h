@@ -26,5 +26,7 @@ struct ReliabilityOptions {
 /// 1 where the depth is valid and does not vary much around. Invalid depths (0) take part in min and mean as zeros, as
 /// in the official code, so pixels next to them are dropped too.
 ValidityMask reliable_depth(const DepthMap& depth, const ReliabilityOptions& options, ThreadPool& pool);
+/// The same into a mask that is used again and again.
+void reliable_depth(const DepthMap& depth, const ReliabilityOptions& options, ThreadPool& pool, ValidityMask& out);
 
 }  // namespace uwv

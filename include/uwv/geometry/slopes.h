@@ -41,6 +41,9 @@ struct SlopeOptions {
 /// Slopes of every pixel of a depth map (0 = invalid depth). Differences are taken within one surface only: across a
 /// depth edge the side that continues smoothly is used, and a pixel without a usable neighbour gets {0, 0}.
 SlopeMap slopes_from_depth(const DepthMap& depth, const SlopeOptions& options, ThreadPool& pool);
+/// The same with limit_tilt(), in one pass and into a map that is used again and again.
+void limited_slopes_from_depth(const DepthMap& depth, const Intrinsics& intrinsics, const SlopeOptions& options,
+                               ThreadPool& pool, SlopeMap& out);
 
 /// Sets slopes that tilt their patch by more than `max_tilt` radians away from the line of sight to {0, 0}.
 void limit_tilt(SlopeMap& slopes, const Intrinsics& intrinsics, double max_tilt, ThreadPool& pool);

@@ -143,5 +143,7 @@ class OcclusionRenderer {
 
 /// M_front alone: 1 where n . v > cos_alpha. Points with invalid depth are 0.
 ValidityMask front_mask(const PointGrid& points, const Camera& target, double cos_alpha, ThreadPool& pool);
+/// The same into a mask that is used again and again.
+void front_mask(const PointGrid& points, const Camera& target, double cos_alpha, ThreadPool& pool, ValidityMask& out);
 
 }  // namespace uwv

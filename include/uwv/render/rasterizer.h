@@ -18,6 +18,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "uwv/core/image.h"
 #include "uwv/render/point_grid.h"
@@ -39,10 +40,17 @@ struct FootprintOptions {
   void check() const;
 };
 
+/// A rectangle of pixels, inclusive; empty when x1 < x0.
+struct PixelBox {
+  std::int32_t x0 = 0, x1 = -1, y0 = 0, y1 = -1;
+  bool empty() const { return x1 < x0; }
+};
+
 /// Which point each target pixel shows.
 struct ZBuffer {
   Image<std::uint32_t> winner;  ///< PointCode of the nearest point, or PointCode::none.
   DepthMap depth;               ///< That point's own depth in the target; 0 where there is none.
+  std::vector<PixelBox> reach;  ///< The renderer's note to itself for narrow(): what its blocks of points cover.
 };
 
 /// The reference's soft z-test (geometry sheet 5.1): every point adds to its four neighbours with bilinear weight
@@ -74,9 +82,21 @@ class Rasterizer {
   virtual void zbuffer(const PointGrid& points, const Camera& target, const FootprintOptions& options,
                        ZBuffer& out) = 0;
 
+  /// Narrows `zbuffer`, which holds what a superset of `points` gave for the same target and options, to `points`.
+  /// Removing a point changes only the pixels it won: returns how many those are, 0 = nothing to do. Gives what
+  /// zbuffer() would, for the price of the pixels that change where the renderer can (the CPU's).
+  virtual std::size_t narrow(const PointGrid& points, const Camera& target, const FootprintOptions& options,
+                             ZBuffer& zbuffer);
+
   /// 1 where any point's footprint lands; what M'' needs, cheaper than a z-buffer.
   virtual void coverage(const PointGrid& points, const Camera& target, const FootprintOptions& options,
                         ValidityMask& out) = 0;
+
+  /// The way back of Algorithm 1 in one step: coverage, in the points' own camera, of the surface that `zbuffer` (their
+  /// rendering) shows in `target`. False = this renderer has no such step, and `out` is untouched: make the surface
+  /// with its depth and slopes and call coverage(), which gives the same.
+  virtual bool come_back(const PointGrid& points, const Camera& target, const ZBuffer& zbuffer,
+                         const FootprintOptions& options, ValidityMask& out);
 
   /// The official bilinear soft-z splat. `colour` has the grid's size. Footprints do not apply: each point touches the
   /// (up to) four pixels around it. Null `colour` splats depth only and leaves out.colour empty.
