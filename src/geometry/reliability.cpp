@@ -12,43 +12,58 @@ namespace {
 
 constexpr float highest = std::numeric_limits<float>::max();
 
-/// Largest, smallest and total depth of a window, for every pixel of a row.
-struct WindowRows {
+/// Largest, smallest and total depth, one of each a pixel.
+struct Extremes {
   std::vector<float> largest, smallest, total;
-  explicit WindowRows(std::size_t width) : largest(width), smallest(width), total(width) {}
+  explicit Extremes(std::size_t width) : largest(width), smallest(width), total(width) {}
+  void clear() {
+    std::fill(largest.begin(), largest.end(), -highest);
+    std::fill(smallest.begin(), smallest.end(), highest);
+    std::fill(total.begin(), total.end(), 0.0F);
+  }
 };
 
-/// Takes `width` more values into the windows.
-UWV_SIMD_CLONES void add_to_windows(const float* largest, const float* smallest, const float* total, int width,
-                                    float* out_largest, float* out_smallest, float* out_total) {
+/// Takes in Count more values for each pixel: those `step` apart in each of the three inputs. A count known to the
+/// compiler keeps the sums in registers.
+template <int Count>
+inline __attribute__((always_inline)) void take_in(const float* largest, const float* smallest, const float* total,
+                                                   std::ptrdiff_t step, int width, float* out_largest,
+                                                   float* out_smallest, float* out_total) {
 #pragma GCC ivdep  // inputs and outputs never overlap
   for (int x = 0; x < width; ++x) {
-    out_largest[x] = out_largest[x] > largest[x] ? out_largest[x] : largest[x];
-    out_smallest[x] = out_smallest[x] < smallest[x] ? out_smallest[x] : smallest[x];
-    out_total[x] += total[x];
+    float high = out_largest[x], low = out_smallest[x], sum = out_total[x];
+    for (int i = 0; i < Count; ++i) {
+      const float top = largest[x + i * step], bottom = smallest[x + i * step];
+      high = high > top ? high : top;
+      low = low < bottom ? low : bottom;
+      sum += total[x + i * step];
+    }
+    out_largest[x] = high;
+    out_smallest[x] = low;
+    out_total[x] = sum;
   }
 }
 
-void clear(WindowRows& rows) {
-  std::fill(rows.largest.begin(), rows.largest.end(), -highest);
-  std::fill(rows.smallest.begin(), rows.smallest.end(), highest);
-  std::fill(rows.total.begin(), rows.total.end(), 0.0F);
+/// Takes in `count` more values for each pixel, as above.
+UWV_SIMD_CLONES void take_in_all(const float* largest, const float* smallest, const float* total, std::ptrdiff_t step,
+                                 int count, int width, float* out_largest, float* out_smallest, float* out_total) {
+  for (; count >= 5; count -= 5, largest += 5 * step, smallest += 5 * step, total += 5 * step)
+    take_in<5>(largest, smallest, total, step, width, out_largest, out_smallest, out_total);
+  for (; count > 0; --count, largest += step, smallest += step, total += step)
+    take_in<1>(largest, smallest, total, step, width, out_largest, out_smallest, out_total);
 }
 
 /// Windows of row y: first down the columns, with `radius` empty ones on both sides, then along the row.
-void find_windows(const DepthMap& depth, int y, int radius, WindowRows& columns, WindowRows& out) {
-  clear(columns);
-  clear(out);
+void find_windows(const DepthMap& depth, int y, int radius, Extremes& columns, Extremes& out) {
+  columns.clear();
+  out.clear();
   const int width = depth.width();
   const int first = std::max(0, y - radius), last = std::min(depth.height() - 1, y + radius);
-  for (int row = first; row <= last; ++row) {
-    const float* z = depth.row(row);
-    add_to_windows(z, z, z, width, columns.largest.data() + radius, columns.smallest.data() + radius,
-                   columns.total.data() + radius);
-  }
-  for (int shift = 0; shift <= 2 * radius; ++shift)
-    add_to_windows(columns.largest.data() + shift, columns.smallest.data() + shift, columns.total.data() + shift, width,
-                   out.largest.data(), out.smallest.data(), out.total.data());
+  const float* z = depth.row(first);
+  take_in_all(z, z, z, width, last - first + 1, width, columns.largest.data() + radius,
+              columns.smallest.data() + radius, columns.total.data() + radius);
+  take_in_all(columns.largest.data(), columns.smallest.data(), columns.total.data(), 1, 2 * radius + 1, width,
+              out.largest.data(), out.smallest.data(), out.total.data());
 }
 
 /// Number of pixels the mean is taken over, for every pixel of a row whose windows hold `rows` rows.
@@ -72,7 +87,7 @@ UWV_SIMD_CLONES void judge_row(const float* depth, const float* largest, const f
 void judge_rows(const DepthMap& depth, int from, int to, const ReliabilityOptions& options, ValidityMask& out) {
   const int radius = options.window / 2;
   const auto width = static_cast<std::size_t>(depth.width());
-  WindowRows columns(width + 2 * static_cast<std::size_t>(radius)), windows(width);
+  Extremes columns(width + 2 * static_cast<std::size_t>(radius)), windows(width);
   std::vector<float> pixels(width);
   int counted_rows = 0;
   for (int y = from; y < to; ++y) {

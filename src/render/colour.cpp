@@ -20,8 +20,23 @@ using Lanes = std::array<float, block_size>;
 struct Taps {
   alignas(64) std::array<std::array<std::int32_t, block_size>, 4> index;
   alignas(64) std::array<Lanes, 4> depth;
-  alignas(64) std::array<Lanes, 4> weight;  ///< Sum 1.
+  alignas(64) std::array<Lanes, 4> weight;                                  ///< Sum 1.
+  alignas(64) std::array<std::array<std::uint32_t, block_size>, 4> colour;  ///< Red in the lowest byte.
 };
+
+/// A pixel as four bytes, the last of which is whatever follows it. `last` is the source's last pixel, which nothing
+/// follows.
+inline std::uint32_t load_pixel(const Rgb8* source, std::size_t at, std::size_t last) {
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, source + at, at < last ? sizeof bytes : sizeof(Rgb8));
+  return bytes;
+}
+
+/// Stores `count` pixels in a row, four bytes at a time where the next pixel overwrites the surplus one.
+inline void store_pixels(const std::uint32_t* pixels, int count, Rgb8* out) {
+  for (int i = 0; i + 1 < count; ++i) std::memcpy(static_cast<void*>(out + i), pixels + i, sizeof *pixels);
+  std::memcpy(static_cast<void*>(out + count - 1), pixels + count - 1, sizeof(Rgb8));
+}
 
 /// Indices, and 1 or 0 in `depth` for inside or outside the picture.
 UWV_SIMD_CLONES void place_taps(const Surfels& surfels, Size source, int count, int tap, Taps& out) {
@@ -99,36 +114,50 @@ void find_taps(const PointGrid& points, const Patches& patches, const Surfels& s
   normalise_taps(patches, count, taps);
 }
 
-Rgb8 blend(const Rgb8* source, const Taps& taps, std::size_t i) {
-  float r = 0.5F, g = 0.5F, b = 0.5F;  // to the nearest byte
-  for (std::size_t tap = 0; tap < 4; ++tap) {
-    const Rgb8 colour = source[taps.index[tap][i]];
-    const float weight = taps.weight[tap][i];
-    r += weight * static_cast<float>(colour.r);
-    g += weight * static_cast<float>(colour.g);
-    b += weight * static_cast<float>(colour.b);
-  }
-  const auto byte = [](float v) { return static_cast<std::uint8_t>(static_cast<std::int32_t>(v)); };
-  return {byte(r), byte(g), byte(b)};
+void fetch_colours(const ImageRgb& source, int count, Taps& taps) {
+  const std::size_t last = source.size().pixels() - 1;
+  for (std::size_t tap = 0; tap < 4; ++tap)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      taps.colour[tap][i] = load_pixel(source.data(), static_cast<std::size_t>(taps.index[tap][i]), last);
 }
 
-/// Colours of a row's winners. Four bytes are moved at once: half the work of three single ones. The surplus byte is
-/// overwritten by the next pixel, which the last one of a row, and of the source, must do without.
+/// Weighted colours, 0 where there is no winner.
+UWV_SIMD_CLONES void blend_taps(const Patches& patches, const Taps& taps, int count, std::uint32_t* out) {
+  const float* z = patches.z.data();
+  const float *w0 = taps.weight[0].data(), *w1 = taps.weight[1].data(), *w2 = taps.weight[2].data(),
+              *w3 = taps.weight[3].data();
+  const std::uint32_t *c0 = taps.colour[0].data(), *c1 = taps.colour[1].data(), *c2 = taps.colour[2].data(),
+                      *c3 = taps.colour[3].data();
+#pragma GCC ivdep  // inputs and outputs never overlap
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t pixel = 0;
+    for (int shift = 0; shift < 24; shift += 8) {
+      const auto channel = [shift](std::uint32_t c) {
+        return static_cast<float>(static_cast<std::int32_t>(c >> shift & 0xFFU));
+      };
+      const float sum = 0.5F + w0[i] * channel(c0[i]) + w1[i] * channel(c1[i]) + w2[i] * channel(c2[i]) +
+                        w3[i] * channel(c3[i]);  // 0.5: to the nearest
+      pixel |= static_cast<std::uint32_t>(static_cast<std::int32_t>(sum)) << shift;
+    }
+    out[i] = z[i] > 0.0F ? pixel : 0;
+  }
+}
+
+/// Colours of a row's winners.
 void copy_colours(const std::uint32_t* winner, const ImageRgb& source, int width, Rgb8* out) {
   const auto source_width = static_cast<std::size_t>(source.width());
   const std::size_t last = source.size().pixels() - 1;
-  for (int x = 0; x < width; ++x) {
-    const std::uint32_t code = winner[x];
-    const bool hit = code != PointCode::none;
-    const std::size_t at = hit ? (code >> 16) * source_width + (code & 0xFFFFU) : 0;
-    if (at >= last || x + 1 == width) {
-      out[x] = hit ? source.data()[at] : Rgb8{};
-      continue;
+  std::array<std::uint32_t, block_size> pixels;
+  for (int x = 0; x < width; x += block_size) {
+    const int count = std::min(block_size, width - x);
+    for (int i = 0; i < count; ++i) {
+      const std::uint32_t code = winner[x + i];
+      const bool hit = code != PointCode::none;
+      const std::size_t at = hit ? (code >> 16) * source_width + (code & 0xFFFFU) : 0;
+      const std::uint32_t pixel = load_pixel(source.data(), at, last);
+      pixels[static_cast<std::size_t>(i)] = hit ? pixel : 0;
     }
-    std::uint32_t bytes = 0;
-    std::memcpy(&bytes, source.data() + at, sizeof bytes);
-    bytes = hit ? bytes : 0;
-    std::memcpy(static_cast<void*>(out + x), &bytes, sizeof bytes);
+    store_pixels(pixels.data(), count, out + x);
   }
 }
 
@@ -161,13 +190,12 @@ void resampled_colour(const PointGrid& points, const Camera& target, const ZBuff
                 Taps taps;
                 find_taps(points, patches, surfels, count, taps);
                 std::copy_n(surfels.depth.begin(), count, out.depth.row(y) + x);
-                Rgb8* colour = out.colour.row(y) + x;
-                std::uint8_t* valid = out.valid.row(y) + x;
-                for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-                  const bool hit = patches.z[i] > 0;
-                  valid[i] = static_cast<std::uint8_t>(hit);
-                  colour[i] = hit ? blend(source.data(), taps, i) : Rgb8{};
-                }
+                fetch_colours(source, count, taps);
+                std::array<std::uint32_t, block_size> pixels;
+                blend_taps(patches, taps, count, pixels.data());
+                store_pixels(pixels.data(), count, out.colour.row(y) + x);
+                std::transform(patches.z.begin(), patches.z.begin() + count, out.valid.row(y) + x,
+                               [](float z) { return static_cast<std::uint8_t>(z > 0); });
               });
 }
 

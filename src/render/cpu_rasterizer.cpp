@@ -3,6 +3,7 @@
 // taking the smallest key per pixel. A key holds depth above and point code below, so the merged picture does not
 // depend on the number of threads, and "nearest wins, ties go to the lower code" is one integer comparison.
 #include <array>
+#include <atomic>
 #include <bit>
 #include <limits>
 #include <vector>
@@ -100,6 +101,29 @@ struct DrawCovered {
                   int, int) const {
     for_covered(layer, f, extent, count, [](std::size_t, std::uint8_t& pixel) { pixel = 0; });
   }
+};
+
+/// Rows that two threads draw, one from the top and one from the bottom, until they meet: each has as many as it gets
+/// done, and what each has is in one piece.
+class SharedRows {
+ public:
+  SharedRows(int from, int to) : from_(from), to_(to), chunks_left_((to - from + chunk - 1) / chunk) {}
+  // Only so that a vector can hold them; not while threads are at work.
+  SharedRows(const SharedRows& other) : SharedRows(other.from_, other.to_) {}
+
+  template <class Body>
+  void for_rows(bool from_top, const Body& body) {
+    for (int taken = 0; chunks_left_.fetch_sub(1, std::memory_order_relaxed) > 0; ++taken) {
+      const int chunks = (to_ - from_ + chunk - 1) / chunk;
+      const int first = from_ + (from_top ? taken : chunks - 1 - taken) * chunk;
+      for (int y = first; y < std::min(first + chunk, to_); ++y) body(y);
+    }
+  }
+
+ private:
+  static constexpr int chunk = 8;
+  int from_, to_;
+  std::atomic<int> chunks_left_;
 };
 
 /// What the points of a block are made of; `slopes` and `keep` may be null.
@@ -235,16 +259,20 @@ class CpuRasterizer final : public Rasterizer {
     options.check();
     const WarpMap map = WarpMap::between(camera, target);
     const detail::FootprintLimits limits(target.size, options);
-    const Size size = camera.size;
-    layers.resize(static_cast<std::size_t>(std::min(pool_.size(), size.height)));
+    const int width = camera.size.width, height = camera.size.height;
+    layers.resize(static_cast<std::size_t>(std::min(pool_.size(), height)));
     const int parts = static_cast<int>(layers.size());
+    std::vector<SharedRows> shares;
+    for (int first = 0; first < parts; first += 2) {
+      const auto row = [&](int part) { return static_cast<int>(static_cast<long>(height) * part / parts); };
+      shares.emplace_back(row(first), row(std::min(first + 2, parts)));
+    }
     pool_.run(parts, [&](int part) {
       Layer<Pixel>& layer = layers[static_cast<std::size_t>(part)];
       layer.prepare(target.size, empty);
       Source own = source;
-      const int from = static_cast<int>(static_cast<long>(size.height) * part / parts);
-      const int to = static_cast<int>(static_cast<long>(size.height) * (part + 1) / parts);
-      for (int y = from; y < to; ++y) draw_row(own, map, limits, size.width, y, layer, draw_block, blocks);
+      shares[static_cast<std::size_t>(part / 2)].for_rows(
+          part % 2 == 0, [&](int y) { draw_row(own, map, limits, width, y, layer, draw_block, blocks); });
     });
   }
 
