@@ -102,6 +102,7 @@ Table algorithm(const Workload& work, const std::vector<NamedRasterizer>& render
         occlusion.visibility = visibility;
         occlusion.accumulation = Accumulation::none;
         occlusion.skip_unneeded = false;
+        occlusion.reliability.enabled = true;  // the dearest case
         OcclusionRenderer renderer(*r.rasterizer, pool, occlusion);
         RenderedFrame out;
         FrameReport report;

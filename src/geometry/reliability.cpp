@@ -2,6 +2,9 @@
 #include "uwv/geometry/reliability.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -84,6 +87,27 @@ UWV_SIMD_CLONES void judge_row(const float* depth, const float* largest, const f
   }
 }
 
+constexpr int edge_reach = 3;  // pixels to each side
+
+/// Counts the edge around *centre, if there is one whose middle lies between it and the next value.
+void judge_edge(const float* centre, std::ptrdiff_t step, EdgeSharpness& sum) {
+  std::array<float, 2 * edge_reach + 1> w;
+  for (int i = -edge_reach; i <= edge_reach; ++i) {
+    const float z = centre[i * step];
+    if (!(z > 0)) return;
+    w[static_cast<std::size_t>(i + edge_reach)] = 1.0F / z;
+  }
+  const float whole = w.back() - w.front();
+  const float flat = 0.15F * std::fabs(whole);
+  if (!(std::fabs(whole) > 0.1F * std::max(w.front(), w.back()))) return;
+  if (std::fabs(w[1] - w[0]) > flat || std::fabs(w[6] - w[5]) > flat) return;
+  const float middle = 0.5F * (w.front() + w.back());
+  if ((w[edge_reach] > middle) == (w[edge_reach + 1] > middle)) return;
+  ++sum.edges;
+  const auto between = [&](float v) { return std::fabs(v - w.front()) > flat && std::fabs(v - w.back()) > flat; };
+  sum.smeared += std::any_of(w.begin() + 1, w.end() - 1, between);
+}
+
 void judge_rows(const DepthMap& depth, int from, int to, const ReliabilityOptions& options, ValidityMask& out) {
   const int radius = options.window / 2;
   const auto width = static_cast<std::size_t>(depth.width());
@@ -106,6 +130,23 @@ void ReliabilityOptions::check() const {
   require(window >= 1 && window <= 255 && window % 2 == 1, "reliability window {} is not an odd number in 1..255",
           window);
   require(ratio > 0, "reliability ratio {} is not positive", ratio);
+}
+
+EdgeSharpness edge_sharpness(const DepthMap& depth, ThreadPool& pool) {
+  std::atomic<std::size_t> edges{0}, smeared{0};
+  pool.for_ranges(0, depth.height(), 32, [&](int from, int to) {
+    EdgeSharpness here;
+    for (int y = from; y < to; ++y)
+      for (int x = 0; x < depth.width(); ++x) {
+        const bool fits_row = x >= edge_reach && x + edge_reach < depth.width();
+        const bool fits_column = y >= edge_reach && y + edge_reach < depth.height();
+        if (fits_row) judge_edge(depth.row(y) + x, 1, here);
+        if (fits_column) judge_edge(depth.row(y) + x, depth.width(), here);
+      }
+    edges += here.edges;
+    smeared += here.smeared;
+  });
+  return {edges, smeared};
 }
 
 ValidityMask reliable_depth(const DepthMap& depth, const ReliabilityOptions& options, ThreadPool& pool) {

@@ -132,7 +132,7 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
   const Plan& plan = shop.plan;
   const ChannelCloser no_more_sources(from);
   const ChannelCloser no_more_frames(into);
-  OcclusionRenderer renderer(shop.rasterizer, shop.pool, occlusion_options(plan.options));
+  OcclusionRenderer renderer(shop.rasterizer, shop.pool, plan.occlusion());
   Tally tally;
   shop.monitor.step("conditioning", 0, plan.frames());
   for (const TargetFrame& target : plan.path.frames) {
@@ -193,6 +193,7 @@ ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) 
   const double pixels = static_cast<double>(tally.frames) * static_cast<double>(plan.size().pixels());
   return {{"frames", tally.frames},
           {"renderer", shop.rasterizer.name()},
+          {"reliability", plan.reliability()},
           {"passes", tally.passes},
           {"skipped_passes", tally.skipped},
           {"render_ms_per_frame", 1000 * tally.render_seconds / static_cast<double>(tally.frames)},

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int cell_width = 640;
+constexpr int cell_width = 480;
 
 struct Method {
   std::string name;
@@ -21,8 +21,8 @@ struct Method {
 };
 
 /// What is compared: no occlusion handling, the official code's splat, and what the options ask for.
-std::vector<Method> methods(const RunOptions& asked) {
-  OcclusionOptions ours = occlusion_options(asked);
+std::vector<Method> methods(const Plan& plan) {
+  OcclusionOptions ours = plan.occlusion();
   ours.accumulation = Accumulation::none;  // a single camera: nothing to accumulate
   OcclusionOptions naive = ours;
   naive.kernel = Kernel::nearest;
@@ -32,7 +32,10 @@ std::vector<Method> methods(const RunOptions& asked) {
   official.kernel = Kernel::bilinear;
   official.visibility = Visibility::reproject;
   official.accumulation = Accumulation::none;
-  return {{"naive", naive}, {"official (bilinear)", official}, {"ours", ours}};
+  official.reliability.enabled = true;
+  OcclusionOptions unfiltered = official;
+  unfiltered.reliability.enabled = false;
+  return {{"naive", naive}, {"official (bilinear)", official}, {"official, unfiltered", unfiltered}, {"ours", ours}};
 }
 
 /// JSON has no infinity or NaN.
@@ -81,7 +84,7 @@ ordered_json make_evaluation(const Workshop& shop, const PartialFolder& into) {
   const Reference reference = read_reference(shop);
   const MetricImage truth(reference.picture);
 
-  const std::vector<Method> tried = methods(shop.plan.options);
+  const std::vector<Method> tried = methods(shop.plan);
   std::vector<RenderedFrame> frames;
   for (const Method& method : tried) {
     frames.push_back(render_at(shop, *data, reference.camera, method.options));
@@ -90,8 +93,10 @@ ordered_json make_evaluation(const Workshop& shop, const PartialFolder& into) {
   ValidityMask common = frames.front().valid;
   for (const RenderedFrame& frame : frames) intersect(common, frame.valid);
 
-  ContactSheet sheet(contact_cell(reference.picture.size(), cell_width), 2, 2);
-  sheet.put(0, 0, reference.picture, "real picture");
+  constexpr int columns = 3;
+  ContactSheet sheet(contact_cell(reference.picture.size(), cell_width), columns, 2);
+  sheet.put(0, 0, data->colour, "source");
+  sheet.put(1, 0, reference.picture, "real picture");
   ordered_json rows = ordered_json::array();
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const MetricImage rendering(frames[i].colour);
@@ -101,8 +106,8 @@ ordered_json make_evaluation(const Workshop& shop, const PartialFolder& into) {
                     {"ssim", number_or_null(ssim(rendering, truth, &frames[i].valid))},
                     {"valid_share", valid_share(frames[i].valid)},
                     {"psnr_where_all_valid", number_or_null(psnr(rendering, truth, &common))}});
-    const int place = static_cast<int>(i) + 1;
-    sheet.put(place % 2, place / 2, frames[i].colour, fmt::format("{}: {:.2f} dB", tried[i].name, db));
+    const int place = static_cast<int>(i) + 2;
+    sheet.put(place % columns, place / columns, frames[i].colour, fmt::format("{}: {:.2f} dB", tried[i].name, db));
   }
   write_png(into.file("reference_comparison.png"), sheet.picture());
   return {{"frames", 1}, {"methods", rows}};

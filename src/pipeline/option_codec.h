@@ -40,6 +40,11 @@ struct EnumNames<DepthOutput> {
       {DepthOutput::npz, "npz"}, {DepthOutput::png16, "png16"}, {DepthOutput::exr, "exr"}, {DepthOutput::none, "none"}};
 };
 template <>
+struct EnumNames<ReliabilityChoice> {
+  static constexpr std::pair<ReliabilityChoice, std::string_view> all[] = {
+      {ReliabilityChoice::automatic, "auto"}, {ReliabilityChoice::on, "on"}, {ReliabilityChoice::off, "off"}};
+};
+template <>
 struct EnumNames<Completion> {
   static constexpr std::pair<Completion, std::string_view> all[] = {{Completion::none, "none"},
                                                                     {Completion::inpaint, "inpaint"}};

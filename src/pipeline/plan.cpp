@@ -62,6 +62,20 @@ void warn_of_the_path(const Plan& plan, Monitor& monitor) {
 
 }  // namespace
 
+OcclusionOptions Plan::occlusion() const {
+  OcclusionOptions decided = occlusion_options(options);
+  if (options.reliability == ReliabilityChoice::automatic) decided.reliability.enabled = look.edges.smears();
+  return decided;
+}
+
+std::string Plan::reliability() const {
+  const char* state = occlusion().reliability.enabled ? "on" : "off";
+  if (options.reliability != ReliabilityChoice::automatic) return fmt::format("{}: asked for", state);
+  if (look.edges.edges == 0) return fmt::format("{}: the first frame's depth has no edges", state);
+  return fmt::format("{}: {:.0f} % of the {} depth edges in the first frame are smeared", state,
+                     100 * look.edges.smeared_share(), look.edges.edges);
+}
+
 Camera Plan::source_camera(long index) const {
   const auto pose = context.subject_from_source.size() == 1 ? 0 : static_cast<std::size_t>(index);
   return {source->intrinsics(index), context.subject_from_source[pose], size()};
@@ -84,7 +98,8 @@ Plan make_plan(const RunOptions& options, Monitor& monitor) {
                               source.frames(), radius, source.info().is_photo);
   plan.path = build_path(plan.trajectory, plan.context);
   plan.fps = output_fps(options, plan.trajectory, source.info());
-  plan.look = look_at_scene(first->depth, plan.path, plan.context);
+  ThreadPool pool(options.threads);
+  plan.look = look_at_scene(first->depth, plan.path, plan.context, pool);
   for (const long frame : options.ply)
     if (frame >= source.frames())
       fail(ErrorCode::value_invalid, "--ply: found frame {}, wanted one of the {} source frames (0 to {})", frame,

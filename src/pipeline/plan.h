@@ -21,6 +21,10 @@ struct Plan {
 
   Size size() const { return source->size(); }
   long frames() const { return static_cast<long>(path.frames.size()); }
+  /// What the renderer is told; reliability is decided.
+  OcclusionOptions occlusion() const;
+  /// Whether the reliability filter is on, and why.
+  std::string reliability() const;
   /// Source camera in the subject world, where the path's cameras are given too.
   Camera source_camera(long index) const;
   /// A target camera in the world of the source cameras.

@@ -8,7 +8,7 @@ namespace {
 
 /// The frame's reliable points in the world of the source cameras.
 PlyCloud lift(const Workshop& shop, const SourceData& data) {
-  const OcclusionOptions options = occlusion_options(shop.plan.options);
+  const OcclusionOptions options = shop.plan.occlusion();
   const Intrinsics& intrinsics = shop.plan.source->intrinsics(data.index);
   const Rigid3 world_from_cam = shop.plan.source->world_from_cam(data.index);
   const ValidityMask keep = reliable_depth(data.depth, options.reliability, shop.pool);

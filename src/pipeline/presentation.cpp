@@ -15,7 +15,7 @@ constexpr int cell_width = 416;  // half the model's picture: five columns stay 
 
 /// The plain point cloud rendering that the paper's Algorithm 1 is compared with.
 ImageRgb naive_rendering(const Workshop& shop, const SourceData& data, const TargetFrame& target) {
-  OcclusionOptions options = occlusion_options(shop.plan.options);
+  OcclusionOptions options = shop.plan.occlusion();
   options.kernel = Kernel::nearest;
   options.visibility = Visibility::none;
   options.accumulation = Accumulation::none;

@@ -95,6 +95,8 @@ ordered_json to_json(const SceneLook& look) {
           {"disocclusion_px", look.disocclusion_px},
           {"max_rotation_deg", look.max_rotation_deg},
           {"max_translation_radii", look.max_translation},
+          {"depth_edges", look.edges.edges},
+          {"smeared_edges_share", look.edges.smeared_share()},
           {"first_return", look.first_return < 0 ? ordered_json() : ordered_json(look.first_return)}};
 }
 

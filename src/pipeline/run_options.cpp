@@ -89,7 +89,7 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.footprint = {.point_size = from.point_size, .max_footprint = from.max_footprint};
   options.slopes = {.discontinuity = from.slope_discontinuity, .radius = from.slope_radius};
   if (from.max_tilt) options.slopes.max_tilt = *from.max_tilt * degree;
-  options.reliability.enabled = from.reliability;
+  options.reliability.enabled = from.reliability == ReliabilityChoice::on;
   options.reliability.ratio = from.reliability_ratio;
   options.reliability.window = from.reliability_window;
   options.skip_unneeded = from.skip_unneeded;

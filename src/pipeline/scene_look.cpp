@@ -82,8 +82,9 @@ void measure(const Warp& warp, const std::vector<Sample>& samples, SceneLook& lo
 
 }  // namespace
 
-SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const PathContext& context) {
+SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const PathContext& context, ThreadPool& pool) {
   SceneLook look;
+  look.edges = edge_sharpness(depth, pool);
   const PathSummary summary = summarize(path, context);
   look.max_rotation_deg = summary.max_rotation_deg;
   look.max_translation = summary.max_translation;
@@ -110,6 +111,7 @@ std::string SceneLook::brief() const {
   else
     text += ", no parallax: the camera only turns or zooms, nothing can be occluded";
   text += fmt::format(", turns {:.1f} deg, moves {:.3g} radii", max_rotation_deg, max_translation);
+  if (edges.edges > 0) text += fmt::format(", {:.0f} % of depth edges smeared", 100 * edges.smeared_share());
   if (first_return >= 0) text += fmt::format(", comes back from frame {}", first_return);
   return text;
 }

@@ -97,7 +97,7 @@ TEST_F(UwvApp, MaskIsExactlyBlackAndWhiteAndAgreesWithDepth) {
 TEST_F(UwvApp, FirstFrameIsTheSourceAndCanBeItsRendering) {
   make_clip(folder_, {});
   must(run_arguments("kept", {"--crf", "0"}));
-  must(run_arguments("drawn", {"--crf", "0", "--no-keep-source"}));
+  must(run_arguments("drawn", {"--crf", "0", "--no-keep-source", "--reliability", "on"}));
   Monitor monitor;
   ClipOptions whole;
   whole.resize.mode = ResizePolicy::Mode::none;
@@ -224,7 +224,8 @@ TEST_F(UwvApp, EvaluationComparesWithARealPicture) {
   must({"--video", "clip.mp4", "--depth", "depth.npz", "--fx", "64", "--no-resize", "--frames", "2", "--out", "out",
         "--eval-reference", "same.png", "--eval-cameras", "camera.json"});
   const auto methods = record("out")["stages"][3]["methods"];
-  ASSERT_EQ(methods.size(), 3U);
+  ASSERT_EQ(methods.size(), 4U);
+  EXPECT_THAT(record("out")["stages"][0]["reliability"].get<std::string>(), ::testing::StartsWith("off: 0 %"));
   for (const auto& method : methods) {
     EXPECT_GT(method["psnr"], 35.0) << method.dump() << ": at the source's own camera only the video codec differs";
     EXPECT_GT(method["valid_share"], 0.5) << method.dump();

@@ -68,6 +68,72 @@ TEST(ReliabilityTest, HandlesEmptyAndOnePixelPictures) {
   EXPECT_EQ(reliable_depth(DepthMap(1, 1, 0.0F), {}, pool).count(), 0U);
 }
 
+/// A square at depth 2 before a wall at 4, blurred `times` times by a 3x3 box as a network's answer would be.
+DepthMap square(int times) {
+  DepthMap depth(80, 60, 4.0F);
+  for (int y = 15; y < 45; ++y)
+    for (int x = 20; x < 60; ++x) depth(x, y) = 2.0F;
+  for (; times > 0; --times) {
+    const DepthMap sharp = depth;
+    for (int y = 1; y < 59; ++y)
+      for (int x = 1; x < 79; ++x) {
+        float sum = 0;
+        for (int tap = 0; tap < 9; ++tap) sum += sharp(x - 1 + tap % 3, y - 1 + tap / 3);
+        depth(x, y) = sum / 9;
+      }
+  }
+  return depth;
+}
+
+TEST(EdgeSharpnessTest, TellsSharpEdgesFromSmearedOnes) {
+  ThreadPool pool(3);
+  const EdgeSharpness sharp = edge_sharpness(square(0), pool);
+  EXPECT_EQ(sharp.edges, 2U * (30 + 40));
+  EXPECT_EQ(sharp.smeared, 0U);
+  EXPECT_FALSE(sharp.smears());
+  for (const int times : {1, 2, 3}) {
+    const EdgeSharpness smeared = edge_sharpness(square(times), pool);
+    EXPECT_GT(smeared.edges, 70U) << times;  // near the corners neither end stays constant
+    EXPECT_GT(smeared.smeared_share(), 0.9) << times;
+    EXPECT_TRUE(smeared.smears()) << times;
+  }
+}
+
+TEST(EdgeSharpnessTest, DoesNotDependOnTheUnitOrTheThreads) {
+  ThreadPool one(1), four(4);
+  DepthMap depth = square(1);
+  const EdgeSharpness metres = edge_sharpness(depth, one);
+  for (const float unit : {1e-6F, 1e9F}) {
+    DepthMap scaled = depth;
+    for (float& z : scaled.pixels()) z *= unit;
+    const EdgeSharpness other = edge_sharpness(scaled, four);
+    EXPECT_EQ(other.edges, metres.edges) << unit;
+    EXPECT_EQ(other.smeared, metres.smeared) << unit;
+  }
+}
+
+TEST(EdgeSharpnessTest, AGrazingFloorIsNoEdge) {
+  ThreadPool pool(2);
+  DepthMap floor(64, 64);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) floor(x, y) = 60.0F / (0.5F + static_cast<float>(y));
+  EXPECT_EQ(edge_sharpness(floor, pool).edges, 0U);
+}
+
+TEST(EdgeSharpnessTest, NothingToSeeIsSharp) {
+  ThreadPool pool(2);
+  DepthMap holes = square(0);
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 80; x += 3) holes(x, y) = 0;
+  for (const DepthMap& depth : {DepthMap(), DepthMap(1, 1, 1.0F), DepthMap(3, 2, 1.0F), DepthMap(50, 50)}) {
+    const EdgeSharpness sharpness = edge_sharpness(depth, pool);
+    EXPECT_EQ(sharpness.edges, 0U);
+    EXPECT_FALSE(sharpness.smears());
+  }
+  // No seven values in a row: only edges down the columns that are whole count.
+  EXPECT_LE(edge_sharpness(holes, pool).edges, 2U * 40);
+}
+
 TEST(ReliabilityTest, RefusesOptionsOutOfRange) {
   EXPECT_THROW((ReliabilityOptions{true, 4}.check()), std::invalid_argument);
   EXPECT_THROW((ReliabilityOptions{true, 5, 0.0F}.check()), std::invalid_argument);

@@ -42,6 +42,7 @@ RunOptions unusual() {
   o.visibility = Visibility::ztest;
   o.accumulation = Accumulation::product_in_view;
   o.normal_filter = false;
+  o.reliability = ReliabilityChoice::off;
   o.reliability_ratio = 0.1F;
   o.depth_format = DepthOutput::exr;
   o.ply = {0, 5, 80};

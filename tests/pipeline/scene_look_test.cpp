@@ -10,6 +10,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr Size size = {96, 64};
+ThreadPool pool(2);
 
 /// Near square at depth 2 before a wall at 4.
 DepthMap step_depth() {
@@ -44,7 +45,7 @@ Case sideways(const std::vector<double>& offsets) {
 
 TEST(SceneLook, StandingStillHasNoParallax) {
   const Case still = sideways({0, 0, 0});
-  const SceneLook look = look_at_scene(step_depth(), still.path, still.context);
+  const SceneLook look = look_at_scene(step_depth(), still.path, still.context, pool);
   EXPECT_FALSE(look.has_parallax);
   EXPECT_EQ(look.parallax_px, 0);
   EXPECT_EQ(look.first_return, -1);
@@ -55,7 +56,7 @@ TEST(SceneLook, StandingStillHasNoParallax) {
 
 TEST(SceneLook, ParallaxOfASidewaysMoveIsDisparity) {
   const Case moved = sideways({0, 0.05, 0.1});
-  const SceneLook look = look_at_scene(step_depth(), moved.path, moved.context);
+  const SceneLook look = look_at_scene(step_depth(), moved.path, moved.context, pool);
   // Depth 2 moves by fx * 0.1 / 2, depth 4 by half of that.
   const double expected = moved.context.intrinsics.fx * 0.1 * (1.0 / 2 - 1.0 / 4);
   EXPECT_TRUE(look.has_parallax);
@@ -66,12 +67,12 @@ TEST(SceneLook, ParallaxOfASidewaysMoveIsDisparity) {
 
 TEST(SceneLook, ComingBackIsNoticed) {
   const Case swing = sideways({0, 0.1, 0.2, 0.1, 0});
-  EXPECT_EQ(look_at_scene(step_depth(), swing.path, swing.context).first_return, 3);
+  EXPECT_EQ(look_at_scene(step_depth(), swing.path, swing.context, pool).first_return, 3);
 }
 
 TEST(SceneLook, NothingValidIsNoCrash) {
   const Case moved = sideways({0, 0.1});
-  const SceneLook look = look_at_scene(DepthMap(size), moved.path, moved.context);
+  const SceneLook look = look_at_scene(DepthMap(size), moved.path, moved.context, pool);
   EXPECT_EQ(look.far_depth, 0);
   EXPECT_TRUE(look.has_parallax);
   EXPECT_EQ(look.parallax_px, 0);
@@ -79,7 +80,7 @@ TEST(SceneLook, NothingValidIsNoCrash) {
 
 TEST(SceneLook, PicturesOfOnePixel) {
   Case moved = sideways({0, 0.1});
-  const SceneLook look = look_at_scene(DepthMap(1, 1, 2.0F), moved.path, moved.context);
+  const SceneLook look = look_at_scene(DepthMap(1, 1, 2.0F), moved.path, moved.context, pool);
   EXPECT_FLOAT_EQ(look.near_depth, 2);
   EXPECT_EQ(look.disocclusion_px, 0);
 }
@@ -87,7 +88,7 @@ TEST(SceneLook, PicturesOfOnePixel) {
 TEST(SceneLook, EveryPresetGivesFiniteFigures) {
   for (const PresetInfo& preset : presets()) {
     const Case made = along(std::string(preset.name));
-    const SceneLook look = look_at_scene(step_depth(), made.path, made.context);
+    const SceneLook look = look_at_scene(step_depth(), made.path, made.context, pool);
     EXPECT_TRUE(std::isfinite(look.parallax_px) && std::isfinite(look.disocclusion_px)) << preset.name;
     EXPECT_LT(look.parallax_px, 4 * size.width) << preset.name;
   }

@@ -28,6 +28,13 @@ enum class RendererChoice {
   cpu,
 };
 
+/// Whether depths on edges are dropped.
+enum class ReliabilityChoice {
+  automatic,  ///< Where the first frame's depth edges are smeared, as estimators do; see EdgeSharpness.
+  on,
+  off,
+};
+
 /// How the rendered depth is stored.
 enum class DepthOutput { npz, png16, exr, none };
 
@@ -82,8 +89,8 @@ struct RunOptions {
   bool normal_filter = true;  ///< False draws back faces and grazing surfaces too.
   float point_size = FootprintOptions{}.point_size;
   float max_footprint = FootprintOptions{}.max_footprint;
-  std::optional<float> depth_tolerance;  ///< Unset: 0.02 for ztest, which needs some, else 0.
-  bool reliability = true;               ///< The reliable-depth filter; false trusts every valid depth.
+  std::optional<float> depth_tolerance;                          ///< Unset: 0.02 for ztest, which needs some, else 0.
+  ReliabilityChoice reliability = ReliabilityChoice::automatic;  ///< The reliable-depth filter.
   float reliability_ratio = ReliabilityOptions{}.ratio;
   int reliability_window = ReliabilityOptions{}.window;
   int slope_radius = SlopeOptions{}.radius;
@@ -118,7 +125,8 @@ struct RunOptions {
   std::string out_folder() const;
 };
 
-/// The part of the options the renderer sees.
+/// The part of the options the renderer sees. The reliability filter is on only where it is asked for: whether
+/// `automatic` needs it is known when the depth has been seen.
 OcclusionOptions occlusion_options(const RunOptions& options);
 
 /// The intrinsics asked for by number (fx.. or fov), for a picture of `full_size` pixels and our pixel centres; nothing

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "uwv/core/depth.h"
+#include "uwv/geometry/reliability.h"
 #include "uwv/trajectory/target_path.h"
 
 namespace uwv {
@@ -23,11 +24,12 @@ struct SceneLook {
   double max_rotation_deg = 0;  ///< Between target and source camera of the same moment.
   double max_translation = 0;   ///< Likewise, in radii.
   long first_return = -1;       ///< First target frame at which the camera comes back towards the source; -1 = never.
+  EdgeSharpness edges;          ///< Of the depth; decides the reliability filter where that is left to us.
 
   /// One line for people.
   std::string brief() const;
 };
 
-SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const PathContext& context);
+SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const PathContext& context, ThreadPool& pool);
 
 }  // namespace uwv

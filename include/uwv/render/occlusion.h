@@ -73,7 +73,9 @@ struct OcclusionOptions {
 
   FootprintOptions footprint;
   SlopeOptions slopes;
-  ReliabilityOptions reliability;
+  /// Off, as in the paper (M^s = 1): where depth is sharp the filter only loses pixels, and with them what hides
+  /// others. EdgeSharpness::smears() tells when to turn it on.
+  ReliabilityOptions reliability{.enabled = false};
   SoftSplatOptions soft_splat;
 
   /// Leaves out passes that cannot change a pixel (see FrameReport::skipped). Off only to prove that.
