@@ -105,7 +105,7 @@ void judge_edge(const float* centre, std::ptrdiff_t step, EdgeSharpness& sum) {
   if ((w[edge_reach] > middle) == (w[edge_reach + 1] > middle)) return;
   ++sum.edges;
   const auto between = [&](float v) { return std::fabs(v - w.front()) > flat && std::fabs(v - w.back()) > flat; };
-  sum.smeared += std::any_of(w.begin() + 1, w.end() - 1, between);
+  sum.smeared += std::count_if(w.begin() + 1, w.end() - 1, between) >= 2;
 }
 
 void judge_rows(const DepthMap& depth, int from, int to, const ReliabilityOptions& options, ValidityMask& out) {
