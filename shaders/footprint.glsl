@@ -4,6 +4,7 @@
 uniform sampler2D slope_map;  // RG32F
 uniform bool has_slopes;
 uniform float point_size;
+uniform float min_footprint;
 uniform float max_footprint;
 
 struct Footprint {
@@ -36,8 +37,8 @@ Footprint footprint(ivec2 source) {
   float hx = half_side(jacobian(0, 0, z, slope.x, p.u, across_x, inverse), jacobian(0, 1, z, slope.y, p.u, across_y, inverse));
   float hy = half_side(jacobian(1, 0, z, slope.x, p.v, across_x, inverse), jacobian(1, 1, z, slope.y, p.v, across_y, inverse));
   if (!is_number(hx) || !is_number(hy)) return nothing;
-  hx = clamp(hx, 0.5, max_footprint / 2.0);
-  hy = clamp(hy, 0.5, max_footprint / 2.0);
+  hx = clamp(hx, min_footprint / 2.0, max_footprint / 2.0);
+  hy = clamp(hy, min_footprint / 2.0, max_footprint / 2.0);
   precise float x0 = ceil(p.u - (hx + 0.5));
   precise float y0 = ceil(p.v - (hy + 0.5));
   precise float x1 = ceil(p.u + (hx - 0.5)) - 1.0;

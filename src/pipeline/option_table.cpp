@@ -94,6 +94,8 @@ std::vector<Option> render_options() {
       option("normal_filter", &O::normal_filter, "", "drop surfaces turned away from the target camera"),
       option("point_size", &O::point_size, "X", "scales every footprint; more closes cracks of noisy depth"),
       option("max_footprint", &O::max_footprint, "PX", "largest side of a footprint"),
+      option("fringe", &O::fringe, "PX",
+             "how far rims of surfaces reach into empty pixels; 1 as the official splat does"),
       option("depth_tolerance", &O::depth_tolerance, "X",
              "relative depth difference that counts as visible; unset: 0.02 for ztest, else 0"),
       option("reliability", &O::reliability, "NAME",

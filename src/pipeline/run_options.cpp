@@ -86,7 +86,9 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.alpha = from.alpha * degree;
   options.normal_filter = from.normal_filter;
   options.depth_tolerance = from.depth_tolerance;
-  options.footprint = {.point_size = from.point_size, .max_footprint = from.max_footprint};
+  options.footprint.point_size = from.point_size;
+  options.footprint.max_footprint = from.max_footprint;
+  options.fringe = from.fringe;
   options.slopes = {.discontinuity = from.slope_discontinuity, .radius = from.slope_radius};
   if (from.max_tilt) options.slopes.max_tilt = *from.max_tilt * degree;
   options.reliability.enabled = from.reliability == ReliabilityChoice::on;

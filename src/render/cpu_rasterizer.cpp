@@ -198,16 +198,16 @@ class CpuRasterizer final : public Rasterizer {
     draw(points.camera, GridBlocks{points}, target, options, key_layers_, no_key, DrawNearest{},
          {.wanted = &vacant_, .reach = zbuffer.reach.data()});
     // No point of the superset reached the pixels that were empty before, so every empty pixel may take what came.
-    merge(key_layers_, target.size, no_key, [&](int y, const Key* keys) {
-      std::uint32_t* winner = zbuffer.winner.row(y);
-      float* depth = zbuffer.depth.row(y);
-      for (int x = 0; x < target.size.width; ++x) {
-        const bool take = (winner[x] == PointCode::none) & (keys[x] != no_key);
-        winner[x] = take ? static_cast<std::uint32_t>(keys[x]) : winner[x];
-        depth[x] = take ? std::bit_cast<float>(static_cast<std::uint32_t>(keys[x] >> 32)) : depth[x];
-      }
-    });
+    take_where_empty(target.size, zbuffer);
     return dropped;
+  }
+
+  void fill(const PointGrid& points, const Camera& target, const FootprintOptions& options, ZBuffer& zbuffer) override {
+    points.check();
+    detail::find_empty(zbuffer, pool_, vacant_);
+    draw(points.camera, GridBlocks{points}, target, options, key_layers_, no_key, DrawNearest{}, {.wanted = &vacant_});
+    take_where_empty(target.size, zbuffer);
+    zbuffer.reach.clear();  // these points may reach further
   }
 
   void coverage(const PointGrid& points, const Camera& target, const FootprintOptions& options,
@@ -236,9 +236,22 @@ class CpuRasterizer final : public Rasterizer {
   /// What decides which blocks are drawn, and what is noted about them; either may be null.
   struct Blocks {
     const detail::TileMap* wanted = nullptr;  ///< Draw at least every point that covers a pixel marked here, ..
-    const PixelBox* reach = nullptr;          ///< .. knowing that each block covers no more than this.
+    const PixelBox* reach = nullptr;          ///< .. knowing, if not null, that no block covers more than this.
     PixelBox* note = nullptr;                 ///< What each block covers.
   };
+
+  /// Merges the key layers into the pixels of `zbuffer` that show nothing.
+  void take_where_empty(Size size, ZBuffer& zbuffer) {
+    merge(key_layers_, size, no_key, [&](int y, const Key* keys) {
+      std::uint32_t* winner = zbuffer.winner.row(y);
+      float* depth = zbuffer.depth.row(y);
+      for (int x = 0; x < size.width; ++x) {
+        const bool take = (winner[x] == PointCode::none) & (keys[x] != no_key);
+        winner[x] = take ? static_cast<std::uint32_t>(keys[x]) : winner[x];
+        depth[x] = take ? std::bit_cast<float>(static_cast<std::uint32_t>(keys[x] >> 32)) : depth[x];
+      }
+    });
+  }
 
   template <class Source>
   void cover(const Camera& camera, const Source& source, const Camera& target, const FootprintOptions& options,
@@ -289,7 +302,7 @@ class CpuRasterizer final : public Rasterizer {
       detail::footprints_of_block(map, x, y, count, points.depth, points.slopes, points.keep, limits, footprints);
       const detail::BlockExtent extent = detail::extent_of_block(footprints, count);
       if (blocks.note != nullptr) blocks.note[block] = extent.box;
-      if (extent.box.empty()) continue;
+      if (extent.box.empty() || (blocks.wanted != nullptr && !blocks.wanted->any(extent.box))) continue;
       layer.touch(extent.box.y0, extent.box.y1);
       draw_block(layer, footprints, extent, count, x, y);
     }
@@ -334,11 +347,23 @@ class CpuRasterizer final : public Rasterizer {
 
 void FootprintOptions::check() const {
   require(point_size > 0 && point_size <= 16, "point_size {} is outside (0, 16]", point_size);
+  require(min_footprint >= 1 && min_footprint <= max_footprint, "min_footprint {} is outside 1..max_footprint = {}",
+          min_footprint, max_footprint);
   require(max_footprint >= 1 && max_footprint <= 255, "max_footprint {} is outside 1..255", max_footprint);
 }
 
 bool Rasterizer::come_back(const PointGrid&, const Camera&, const ZBuffer&, const FootprintOptions&, ValidityMask&) {
   return false;
+}
+
+void Rasterizer::fill(const PointGrid& points, const Camera& target, const FootprintOptions& options, ZBuffer& in_out) {
+  ZBuffer added;
+  zbuffer(points, target, options, added);
+  for (std::size_t i = 0; i < in_out.winner.size().pixels(); ++i)
+    if (in_out.winner.data()[i] == PointCode::none) {
+      in_out.winner.data()[i] = added.winner.data()[i];
+      in_out.depth.data()[i] = added.depth.data()[i];
+    }
 }
 
 std::size_t Rasterizer::narrow(const PointGrid& points, const Camera& target, const FootprintOptions& options,

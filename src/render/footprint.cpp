@@ -29,7 +29,7 @@ UWV_SIMD_CLONES void footprints_of_block(const WarpMap& map, int x, int y, int c
   const float a01 = map.a[0][1], a11 = map.a[1][1], a21 = map.a[2][1];
   const float b0 = map.b[0], b1 = map.b[1], b2 = map.b[2];
   const float half_size = 0.5F * limits.point_size;
-  const float max_half = limits.max_half;
+  const float min_half = limits.min_half, max_half = limits.max_half;
   const float last_x = limits.width - 1.0F, last_y = limits.height - 1.0F;
   const Slope* slope_of = slopes != nullptr ? slopes : facing_camera;
   alignas(64) std::array<float, block_size> depth_if_kept;
@@ -63,8 +63,8 @@ UWV_SIMD_CLONES void footprints_of_block(const WarpMap& map, int x, int y, int c
     float hx = half_size * (std::fabs(j00) + std::fabs(j01));
     float hy = half_size * (std::fabs(j10) + std::fabs(j11));
     const bool has_size = (hx == hx) & (hy == hy);  // no NaN
-    hx = hx > 0.5F ? hx : 0.5F;
-    hy = hy > 0.5F ? hy : 0.5F;
+    hx = hx > min_half ? hx : min_half;
+    hy = hy > min_half ? hy : min_half;
     hx = hx < max_half ? hx : max_half;
     hy = hy < max_half ? hy : max_half;
     float x0 = std::ceil(u - (hx + 0.5F));

@@ -24,11 +24,12 @@ struct Footprints {
 struct FootprintLimits {
   float width, height;
   float point_size;
-  float max_half;
+  float min_half, max_half;
   FootprintLimits(Size target, const FootprintOptions& options)
       : width(static_cast<float>(target.width)),
         height(static_cast<float>(target.height)),
         point_size(options.point_size),
+        min_half(0.5F * options.min_footprint),
         max_half(0.5F * options.max_footprint) {}
 };
 

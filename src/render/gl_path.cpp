@@ -19,6 +19,7 @@ void GlJob::set_up(const GlProgram& program, const GlApi& gl) const {
   gl.Uniform1i(program.location("has_slopes"), has_slopes ? 1 : 0);
   gl.Uniform1i(program.location("has_colour"), has_colour ? 1 : 0);
   gl.Uniform1f(program.location("point_size"), footprint.point_size);
+  gl.Uniform1f(program.location("min_footprint"), footprint.min_footprint);
   gl.Uniform1f(program.location("max_footprint"), footprint.max_footprint);
   gl.Uniform1f(program.location("sharpness"), sharpness);
   gl.Uniform1f(program.location("log_depth_max"), log_depth_max);

@@ -54,6 +54,20 @@ bool TileMap::any(const PixelBox& box) const {
   return false;
 }
 
+void find_empty(const ZBuffer& zbuffer, ThreadPool& pool, TileMap& vacant) {
+  const Size size = zbuffer.winner.size();
+  vacant.clear(size);
+  pool.for_ranges(0, (size.height + TileMap::side - 1) / TileMap::side, 1, [&](int from, int to) {
+    for (int y = from * TileMap::side; y < std::min(size.height, to * TileMap::side); ++y)
+      for (int x = 0; x < size.width; x += TileMap::side) {
+        const std::uint32_t* winner = zbuffer.winner.row(y) + x;
+        if (std::find(winner, winner + std::min(TileMap::side, size.width - x), PointCode::none) !=
+            winner + std::min(TileMap::side, size.width - x))
+          vacant.mark(x, y);
+      }
+  });
+}
+
 std::size_t count_dropped_winners(const PointGrid& points, const ZBuffer& zbuffer) {
   if (points.keep == nullptr) return 0;
   return static_cast<std::size_t>(std::count_if(zbuffer.winner.pixels().begin(), zbuffer.winner.pixels().end(),

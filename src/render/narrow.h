@@ -20,6 +20,9 @@ class TileMap {
   Image<std::uint8_t> tiles_;
 };
 
+/// Marks the tiles that hold a pixel which shows nothing.
+void find_empty(const ZBuffer& zbuffer, ThreadPool& pool, TileMap& vacant);
+
 /// Pixels of `zbuffer` won by points that `points` does not keep.
 std::size_t count_dropped_winners(const PointGrid& points, const ZBuffer& zbuffer);
 

@@ -265,6 +265,7 @@ void OcclusionOptions::check() const {
   require(tolerance() >= 0 && tolerance() < 1, "depth_tolerance {} is outside [0, 1)", tolerance());
   require(soft_splat.sharpness >= 0 && soft_splat.log_depth_max >= 0,
           "soft splat sharpness {} or log_depth_max {} is negative", soft_splat.sharpness, soft_splat.log_depth_max);
+  require(fringe >= 0 && fringe <= 8, "fringe {} is outside 0..8 pixels", fringe);
   footprint.check();
   slopes.check();
   reliability.check();

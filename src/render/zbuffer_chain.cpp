@@ -50,9 +50,18 @@ class ZBufferChain final : public KernelChain {
   }
 
   bool draw(const SourceFrame&, const PointGrid& kept, const Camera& target, bool after_first) override {
-    if (after_first) return rasterizer_.narrow(kept, target, options_.footprint, first_) > 0;
-    rasterizer_.zbuffer(kept, target, options_.footprint, first_);
-    return true;
+    bool drawn = true;
+    if (after_first)
+      drawn = rasterizer_.narrow(kept, target, options_.footprint, first_) > 0;
+    else
+      rasterizer_.zbuffer(kept, target, options_.footprint, first_);
+    if (options_.fringe > 0.5F) {
+      FootprintOptions wide = options_.footprint;
+      wide.min_footprint = 2 * options_.fringe;
+      wide.max_footprint = std::max(wide.max_footprint, wide.min_footprint);
+      rasterizer_.fill(kept, target, wide, first_);
+    }
+    return drawn;
   }
 
   void colour(const SourceFrame& source, const PointGrid& kept, const Camera& target, RenderedFrame& out) override {

@@ -171,6 +171,7 @@ TEST(RunOptions, OutOfRangeValuesAreRefused) {
                                                                 {"traj", ""},
                                                                 {"max_tilt", "91"},
                                                                 {"max_footprint", "0"},
+                                                                {"fringe", "-1"},
                                                                 {"slope_radius", "0"},
                                                                 {"depth_tolerance", "-1"}};
   for (const auto& [name, text] : bad) {

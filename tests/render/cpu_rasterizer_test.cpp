@@ -42,6 +42,15 @@ TEST(CpuRasterizerTest, NarrowingGivesWhatDrawingThePartGives) {
   }
 }
 
+TEST(CpuRasterizerTest, FillsOnlyEmptyPixels) {
+  ThreadPool pool(2);
+  const auto rasterizer = make_cpu_rasterizer(pool);
+  for (const Scene& scene : all_scenes()) {
+    SCOPED_TRACE(scene.name);
+    expect_fills_empty_pixels(*rasterizer, scene);
+  }
+}
+
 TEST(CpuRasterizerTest, NarrowsAnotherRenderersZBuffer) {
   ThreadPool pool(2);
   const auto rasterizer = make_cpu_rasterizer(pool);

@@ -63,11 +63,12 @@ TEST_P(GlRasterizerTest, CoversTheReferencesPixels) {
   }
 }
 
-TEST_P(GlRasterizerTest, NarrowingGivesWhatDrawingThePartGives) {
+TEST_P(GlRasterizerTest, NarrowsAndFillsAsDrawingWould) {
   const std::vector<Scene> scenes = all_scenes();
   for (std::size_t i = 0; i < std::min<std::size_t>(3, scenes.size()); ++i) {
     SCOPED_TRACE(scenes[i].name);
     expect_narrows_to_parts(*rasterizer_, scenes[i]);
+    expect_fills_empty_pixels(*rasterizer_, scenes[i]);
   }
 }
 

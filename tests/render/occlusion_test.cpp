@@ -150,6 +150,35 @@ TEST_F(OcclusionTest, RestartForgetsThePath) {
   expect_equal(again, first);
 }
 
+TEST_F(OcclusionTest, AFringeOnlyAddsPixels) {
+  for (const Kernel kernel : {Kernel::nearest, Kernel::resample}) {
+    OcclusionOptions options;
+    options.kernel = kernel;
+    OcclusionRenderer plain(*rasterizer_, pool_, options);
+    options.fringe = 1;
+    OcclusionRenderer fringed(*rasterizer_, pool_, options);
+    RenderedFrame without, with;
+    FrameMasks masks_without, masks_with;
+    plain.render(source(), orbit(30), without, &masks_without);
+    fringed.render(source(), orbit(30), with, &masks_with);
+    EXPECT_EQ(masks_with.second, masks_without.second);
+    EXPECT_EQ(masks_with.visible, masks_without.visible);
+    for (std::size_t i = 0; i < without.valid.size().pixels(); ++i) {
+      if (without.valid.data()[i] == 0) continue;
+      ASSERT_EQ(with.valid.data()[i], 1);
+      ASSERT_EQ(with.colour.data()[i], without.colour.data()[i]);
+      ASSERT_EQ(with.depth.data()[i], without.depth.data()[i]);
+    }
+    EXPECT_GT(with.valid.count(), without.valid.count());
+    EXPECT_LT(with.valid.count(), without.valid.count() * 11 / 10);
+    // A view that stands still is shown again, fringe and all.
+    RenderedFrame again;
+    EXPECT_EQ(fringed.render(source(), orbit(30), again).passes, 0);
+    EXPECT_EQ(again.valid, with.valid);
+    EXPECT_EQ(again.colour, with.colour);
+  }
+}
+
 TEST_F(OcclusionTest, MasksAndReportAgree) {
   OcclusionRenderer renderer(*rasterizer_, pool_, {});
   RenderedFrame out;

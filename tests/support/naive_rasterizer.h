@@ -57,8 +57,8 @@ inline NaivePoint naive_footprint(const PointGrid& points, const WarpMap& map, c
     point.drawn = false;
     return point;
   }
-  hx = std::clamp(hx, 0.5F, options.max_footprint / 2);
-  hy = std::clamp(hy, 0.5F, options.max_footprint / 2);
+  hx = std::clamp(hx, options.min_footprint / 2, options.max_footprint / 2);
+  hy = std::clamp(hy, options.min_footprint / 2, options.max_footprint / 2);
   // Compared as floats: positions may be far outside what an int holds.
   const float x0 = std::max(0.0F, std::ceil(point.u - (hx + 0.5F)));
   const float y0 = std::max(0.0F, std::ceil(point.v - (hy + 0.5F)));

@@ -95,6 +95,9 @@ inline std::vector<Scene> all_scenes() {
   scenes.push_back(make_scene("fat points", origin, test_camera({33, 21}, 1.2, {0.4, 0.3, 0.1}), 0.3F,
                               [](int, int, float random) { return 1 + random; }));
   scenes.back().footprint.point_size = 3.5F;
+  scenes.push_back(make_scene("wide points", origin, test_camera({41, 30}, 1.4, {-0.3, 0.2, -0.5}), 0.1F,
+                              [](int, int, float random) { return 1 + random; }));
+  scenes.back().footprint.min_footprint = 2.5F;
   scenes.push_back(make_scene("behind and on the camera plane", origin, test_camera(size, 1.0, {0.1, 0, 2.0}), 0.02F,
                               [](int x, int, float random) { return x % 3 == 0 ? 2.0F : 1 + 2 * random; }));
   scenes.push_back(make_scene("extreme depths", origin, test_camera(size, 1.0, {1e-6, 0, -1e-6}), 1.0F,
@@ -177,6 +180,30 @@ inline void expect_same(const SoftSplat& wanted, const SoftSplat& got) {
       [&](std::size_t i) {
         return fmt::format("wanted {} {} {}, got {} {} {}", a[i].r, a[i].g, a[i].b, b[i].r, b[i].g, b[i].b);
       });
+}
+
+/// fill() must put into empty pixels, and only there, what zbuffer() of the added points has.
+inline void expect_fills_empty_pixels(Rasterizer& rasterizer, const Scene& scene) {
+  const ValidityMask sparse = [&] {
+    ValidityMask mask = scene.use_keep ? scene.keep : ValidityMask(scene.source.size, 1);
+    for (std::size_t i = 0; i < mask.size().pixels(); ++i) mask.data()[i] &= i % 3 == 0;
+    return mask;
+  }();
+  PointGrid grid = scene.grid();
+  grid.keep = &sparse;
+  FootprintOptions wide = scene.footprint;
+  wide.min_footprint = std::min(3.0F, wide.max_footprint);
+  ZBuffer wanted, added, got;
+  rasterizer.zbuffer(grid, scene.target, scene.footprint, wanted);
+  rasterizer.zbuffer(scene.grid(), scene.target, wide, added);
+  got = wanted;
+  for (std::size_t i = 0; i < wanted.winner.size().pixels(); ++i)
+    if (wanted.winner.data()[i] == PointCode::none) {
+      wanted.winner.data()[i] = added.winner.data()[i];
+      wanted.depth.data()[i] = added.depth.data()[i];
+    }
+  rasterizer.fill(scene.grid(), scene.target, wide, got);
+  expect_same(wanted, got);
 }
 
 /// Parts of a grid's points: all, none, one, a half, and most of them at random.

@@ -9,7 +9,7 @@
 //     J00 = ((z*a00 + b0*sx) - u*(z*a20 + b2*sx)) * r     J01 = ((z*a01 + b0*sy) - u*(z*a21 + b2*sy)) * r
 //     J10 = ((z*a10 + b1*sx) - v*(z*a20 + b2*sx)) * r     J11 = ((z*a11 + b1*sy) - v*(z*a21 + b2*sy)) * r      r = 1/p2
 // We draw the parallelogram's bounding rectangle: half sides hx = point_size*(|J00|+|J01|)/2 and hy likewise, clamped
-// to [1/2, max_footprint/2]. Covered are the pixels x0..x1, y0..y1 with
+// to [min_footprint/2, max_footprint/2]. Covered are the pixels x0..x1, y0..y1 with
 //     x0 = max(0, ceil(u - (hx + 0.5)))     x1 = min(width - 1, ceil(u + (hx - 0.5)) - 1)     (y likewise):
 // those whose centres lie in [u - hx, u + hx). A surface that comes closer or turns towards the camera therefore stays
 // closed. Points with p2 <= 0, p2 > max_depth or a NaN anywhere draw nothing. The nearest p2 wins a pixel; ties go to
@@ -34,6 +34,8 @@ using ImageRgbF = Image<RgbF>;
 struct FootprintOptions {
   /// Scales every footprint. 1 = exactly the patch; more closes cracks of noisy depth at the price of fatter edges.
   float point_size = 1.0F;
+  /// Smallest side of a footprint in pixels, at least 1: any less and a surface that moves away would fall apart.
+  float min_footprint = 1.0F;
   /// Largest side of a footprint in pixels. Surfaces almost edge-on in the source would otherwise smear; 255 is GL's
   /// limit.
   float max_footprint = 16.0F;
@@ -87,6 +89,9 @@ class Rasterizer {
   /// zbuffer() would, for the price of the pixels that change where the renderer can (the CPU's).
   virtual std::size_t narrow(const PointGrid& points, const Camera& target, const FootprintOptions& options,
                              ZBuffer& zbuffer);
+
+  /// Draws points into the pixels that `zbuffer` leaves empty, and nowhere else.
+  virtual void fill(const PointGrid& points, const Camera& target, const FootprintOptions& options, ZBuffer& zbuffer);
 
   /// 1 where any point's footprint lands; what M'' needs, cheaper than a z-buffer.
   virtual void coverage(const PointGrid& points, const Camera& target, const FootprintOptions& options,
