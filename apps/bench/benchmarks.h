@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/table.h"
@@ -17,6 +18,12 @@ struct BenchOptions {
   bool gl = true;                           ///< Also measure OpenGL where a backend works.
   std::string scene = "sphere_floor_wall";  ///< Stock scene of the accuracy tables.
   int steps = 8;                            ///< Frames of the path to each angle in the accuracy tables.
+
+  // Real second views; see real_pairs.h.
+  std::string motorcycle = ".cache/demo";    ///< Folder of the stereo pair; left out when it isn't there.
+  std::string rgbd;                          ///< Folder of a depth camera's recording; empty = left out.
+  std::vector<std::pair<long, long>> pairs;  ///< Its frames: source, target.
+  bool no_resize = false;                    ///< Pictures at their own size, not at the one uwv_app would work at.
   void check() const;
 };
 
@@ -25,5 +32,8 @@ std::vector<Table> render_speed(const BenchOptions& options);
 
 /// Each option against the truth of a synthetic scene at growing angles, with its time beside it.
 std::vector<Table> render_accuracy(const BenchOptions& options);
+
+/// Each method and option against what a second real camera saw.
+std::vector<Table> real_views(const BenchOptions& options);
 
 }  // namespace uwv::bench
