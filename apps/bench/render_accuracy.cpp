@@ -6,8 +6,7 @@
 
 #include "bench/benchmarks.h"
 #include "uwv/eval/image_metrics.h"
-#include "uwv/eval/stock_scenes.h"
-#include "uwv/eval/visibility_truth.h"
+#include "uwv/eval/path_truth.h"
 #include "uwv/eval/wrong_surface.h"
 #include "uwv/render/occlusion.h"
 
@@ -54,28 +53,6 @@ std::vector<Variant> variants() {
   return all;
 }
 
-/// What is true at the end of a path, and the path.
-struct Path {
-  std::vector<Camera> cameras;
-  VisibilityTruth last, product;
-  SyntheticFrame seen;
-};
-
-Path orbit(const StockScene& scene, double degrees, int steps, ThreadPool& pool) {
-  Path path;
-  for (int k = 1; k <= steps; ++k) {
-    path.cameras.push_back(
-        orbit_camera(scene.source, scene.subject_in_world, degrees * k / steps * std::numbers::pi / 180));
-    path.last = visibility_truth(scene.scene, scene.source, path.cameras.back(), 0, pool);
-    if (k == 1)
-      path.product = path.last;
-    else
-      accumulate(path.product, path.last);
-  }
-  path.seen = render(scene.scene, path.cameras.back(), 0, pool, 2);
-  return path;
-}
-
 StockScene scene_named(const BenchOptions& options) {
   std::string known;
   for (StockScene& scene : stock_scenes({.size = options.size})) {
@@ -97,7 +74,9 @@ std::vector<Table> render_accuracy(const BenchOptions& options) {
               {"degrees", "options", "ms_per_frame", "M''_precision", "M''_recall", "Mvis_precision", "Mvis_recall",
                "valid", "wrong_%", "unknowable_%", "holes_%", "psnr"});
   for (const double degrees : {5.0, 20.0, 45.0, 70.0, 90.0}) {
-    const Path path = orbit(scene, degrees, options.steps, pool);
+    const PathTruth path = path_truth(scene.scene, scene.source,
+                                      orbit_path(scene, degrees * std::numbers::pi / 180, options.steps), 0, pool);
+    const MetricImage seen(render(scene.scene, path.cameras.back(), 0, pool, 2).colour);
     for (const Variant& variant : variants()) {
       OcclusionRenderer renderer(*rasterizer, pool, variant.options);
       RenderedFrame out;
@@ -119,7 +98,7 @@ std::vector<Table> render_accuracy(const BenchOptions& options) {
                  visible.precision(), visible.recall(), valid_share(out.valid), 100 * wrong.wrong_share(),
                  wrong.valid > 0 ? 100.0 * static_cast<double>(wrong.through_unknown) / static_cast<double>(wrong.valid)
                                  : 0.0,
-                 100 * wrong.hole_share(), psnr(MetricImage(out.colour), MetricImage(path.seen.colour), &out.valid)});
+                 100 * wrong.hole_share(), psnr(MetricImage(out.colour), seen, &out.valid)});
     }
   }
   return {table};
