@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/real_pairs.h"
 
+#include <algorithm>
+
 #include "uwv/io/cameras_file.h"
 #include "uwv/io/depth_file.h"
 #include "uwv/io/depth_source.h"
@@ -51,6 +53,7 @@ class Recording {
   }
 
   RealPair pair(long from, long to) {
+    require_pose(std::max(from, to));
     RealPair pair;
     pair.name = fmt::format("rgbd {}:{}", from, to);
     pair.source = camera(from);
@@ -64,10 +67,13 @@ class Recording {
   }
 
  private:
-  Camera camera(long index) const {
+  void require_pose(long index) const {
     if (static_cast<std::size_t>(index) >= track_.cameras.size())
       fail(ErrorCode::size_mismatch, "{}/test_scene/trajectory.log: has {} poses, the pair wants number {}", folder_,
            track_.cameras.size(), index);
+  }
+
+  Camera camera(long index) const {
     Camera camera = track_.cameras[static_cast<std::size_t>(index)];
     camera.intrinsics = camera.intrinsics.resized(camera.size, pictures_->info().size);
     camera.size = pictures_->info().size;
