@@ -20,6 +20,7 @@ class CommandLine {
     CLI::App& render = subcommand(
         app, "render", "Milliseconds of each pass and of Algorithm 1; example: uwv_bench render --json r.json",
         render_speed);
+    runs_flag(render);
     size_flags(render);
     render.add_flag("--gl,!--no-gl", options_.gl, "Also measure OpenGL where a backend works");
 
@@ -27,13 +28,16 @@ class CommandLine {
         subcommand(app, "accuracy",
                    "Options against the truth of a synthetic scene; example: uwv_bench accuracy --scene boxes_room",
                    render_accuracy);
+    runs_flag(accuracy);
     size_flags(accuracy);
     accuracy.add_option("--scene", options_.scene, "Stock scene of the accuracy table")->capture_default_str();
     accuracy.add_option("--steps", options_.steps, "Frames of the path to each angle")->capture_default_str();
+    accuracy.add_option("--plot", options_.plot, "Also show the options' speed and accuracy in this SVG file");
 
     CLI::App& real = subcommand(
         app, "real", "Methods and options against what a second real camera saw; example: uwv_bench real --rgbd DIR",
         real_views);
+    runs_flag(real);
     real.add_option("--motorcycle", options_.motorcycle, "Folder with the stereo pair scripts/setup fetches")
         ->capture_default_str();
     real.add_option("--rgbd", options_.rgbd, "Folder with image/, depth/ and test_scene/trajectory.log");
@@ -62,11 +66,14 @@ class CommandLine {
   /// With the flags all of them have.
   CLI::App& subcommand(CLI::App& app, const char* name, const char* help, Benchmark function) {
     CLI::App& sub = *app.add_subcommand(name, help);
-    sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
     sub.add_option("--threads", options_.threads, "0 = all processors")->capture_default_str();
     sub.add_option("--json", json_path_, "Also write the figures to this file");
     sub.callback([this, function = std::move(function)] { benchmark_ = function; });
     return sub;
+  }
+
+  void runs_flag(CLI::App& sub) {
+    sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
   }
 
   void size_flags(CLI::App& sub) {

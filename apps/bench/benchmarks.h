@@ -18,6 +18,7 @@ struct BenchOptions {
   bool gl = true;                           ///< Also measure OpenGL where a backend works.
   std::string scene = "sphere_floor_wall";  ///< Stock scene of the accuracy tables.
   int steps = 8;                            ///< Frames of the path to each angle in the accuracy tables.
+  std::string plot;                         ///< SVG file that shows the options of the accuracy table; empty = none.
 
   // Real second views; see real_pairs.h.
   std::string motorcycle = ".cache/demo";    ///< Folder of the stereo pair; left out when it isn't there.
@@ -30,7 +31,8 @@ struct BenchOptions {
 /// Milliseconds and points per second: each primitive on each renderer, and Algorithm 1 by kernel and visibility.
 std::vector<Table> render_speed(const BenchOptions& options);
 
-/// Each option against the truth of a synthetic scene at growing angles, with its time beside it.
+/// Each option against the truth of a synthetic scene at growing angles, with its time beside it; what picture size,
+/// width of depth, left-out passes and long paths do.
 std::vector<Table> render_accuracy(const BenchOptions& options);
 
 /// Each method and option against what a second real camera saw.
