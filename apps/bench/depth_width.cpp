@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many bits depth needs. Rounding moves a point little, but slopes are differences of neighbours: they lose far
-// more, and footprints with them.
+// How many bits depth needs. Rounding moves a point little, but slopes are differences of neighbours; so there are rows
+// with slopes from a larger neighbourhood as well.
 #include <Eigen/Core>
 
 #include <algorithm>

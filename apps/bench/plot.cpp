@@ -72,8 +72,10 @@ Axis x_axis(const std::vector<Panel>& panels) {
     }
   const auto [from, to] = padded(least, greatest, 0.08);
   Axis axis{from, to, margin_left, width - margin_right, {}};
+  const std::vector<double> steps =
+      to - from > 1.2 ? std::vector<double>{1, 2, 5} : std::vector<double>{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8};
   for (const double decade : {0.01, 0.1, 1.0, 10.0, 100.0, 1000.0, 10000.0})
-    for (const double step : {1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0}) {
+    for (const double step : steps) {
       const double value = step * decade;
       if (std::log10(value) >= from && std::log10(value) <= to)
         axis.ticks.emplace_back(std::log10(value), fmt::format("{:g}", value));
@@ -184,19 +186,19 @@ std::string draw_dots(const Panel& panel, const Axis& x, const Axis& y) {
   // The one that matters gets the best place; the rest from the right, where labels run into the margin.
   std::stable_sort(order.begin(), order.end(),
                    [](const Dot* a, const Dot* b) { return a->accent != b->accent ? a->accent : a->x > b->x; });
-  std::string lines, dots, words;
+  std::string lines, dots, words, top;  // nothing hides the one that matters
   for (const Dot* dot : order) {
     const auto [u, v] = at(*dot);
     const char* colour = dot->accent ? accent_colour : dot_colour;
     const auto [box, anchor, needs_line] = labels.put(u, v, dot->label);
     if (needs_line) lines += line(u, v, std::clamp(u, box.x0, box.x1), std::clamp(v, box.y0, box.y1), "#9aa5b1");
-    dots += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{}' fill='{}' stroke='#ffffff'/>\n", u, v,
-                        dot->accent ? radius + 1.5 : radius, colour);
+    (dot->accent ? top : dots) += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{}' fill='{}' stroke='#ffffff'/>\n",
+                                              u, v, dot->accent ? radius + 1.5 : radius, colour);
     const double at_anchor = *anchor == 's' ? box.x0 : *anchor == 'e' ? box.x1 : (box.x0 + box.x1) / 2;
     words += text(at_anchor, box.y1 - 4, anchor, dot->label,
                   dot->accent ? fmt::format("fill='{}' font-weight='bold'", accent_colour) : "");
   }
-  return lines + dots + words;
+  return lines + dots + top + words;
 }
 
 }  // namespace

@@ -129,6 +129,7 @@ std::vector<RealPair> rgbd_pairs(const std::string& folder, const std::vector<st
                                  const ResizePolicy& resize) {
   Recording recording(folder, resize);
   std::vector<RealPair> all;
+  all.reserve(pairs.size());
   for (const auto& [from, to] : pairs) all.push_back(recording.pair(from, to));
   return all;
 }

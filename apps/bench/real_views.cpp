@@ -161,6 +161,7 @@ const std::vector<std::string> columns{"pair",        "method",      "reliabilit
 void compare(const RealPair& pair, const std::vector<Method>& methods, Rasterizer& rasterizer, ThreadPool& pool,
              int runs, Table& table) {
   std::vector<Rendering> renderings;
+  renderings.reserve(methods.size());
   for (const Method& method : methods) renderings.push_back(render(pair, method, rasterizer, pool, runs));
   ValidityMask common = renderings.front().frame.valid;
   for (const Rendering& rendering : renderings) intersect(common, rendering.frame.valid);

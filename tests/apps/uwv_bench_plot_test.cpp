@@ -33,6 +33,7 @@ TEST(Plot, EscapesWhatXmlReserves) {
 
 TEST(Plot, LabelsOfCrowdedDotsKeepApart) {
   std::vector<Dot> dots;
+  dots.reserve(13);
   for (int i = 0; i < 12; ++i) dots.push_back({"crowded", 40 + 0.01 * i, 1 + 0.001 * i});
   dots.push_back({"far", 400, 9});
   const std::string svg = plot_svg("x", {panel(dots)});
