@@ -11,6 +11,7 @@ add_executable(uwv_bench
   bench/real_views.cpp
   bench/render_speed.cpp
   bench/resolution_accuracy.cpp
+  bench/save_scene.cpp
   bench/skipped_passes.cpp
   bench/table.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})

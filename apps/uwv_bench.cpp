@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures what docs/performance.md claims.
+// Measures what docs/performance.md claims, and saves the scenes it measures with.
 #include <CLI/CLI.hpp>
 
 #include <fstream>
@@ -43,6 +43,13 @@ class CommandLine {
     real.add_option("--rgbd", options_.rgbd, "Folder with image/, depth/ and test_scene/trajectory.log");
     real.add_option("--pairs", pairs_, "Frames of --rgbd as SOURCE:TARGET,..")->delimiter(',')->capture_default_str();
     real.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
+
+    CLI::App& scene = subcommand(
+        app, "scene",
+        "Saves a stock scene as input for uwv_app; example: uwv_bench scene --scene boxes_room --out room", save_scene);
+    size_flags(scene);
+    scene.add_option("--scene", options_.scene, "Which stock scene")->capture_default_str();
+    scene.add_option("--out", options_.out, "Folder to save into")->required();
   }
 
   std::vector<Table> run() {

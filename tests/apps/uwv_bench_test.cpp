@@ -28,7 +28,7 @@ class UwvBench : public testing::Test {
   Outcome bench(const std::vector<std::string>& arguments) const { return run_app(folder_.path().string(), arguments); }
   /// Runs and expects success.
   Outcome must(const std::vector<std::string>& arguments) const {
-    const Outcome outcome = bench(arguments);
+    Outcome outcome = bench(arguments);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
     return outcome;
   }
@@ -54,6 +54,15 @@ class UwvBench : public testing::Test {
 
   TempFolder folder_;
 };
+
+TEST_F(UwvBench, SavesASceneThatReadsBack) {
+  must({"scene", "--scene", "boxes_room", "--width", "64", "--height", "40", "--out", "room/of boxes"});
+  EXPECT_EQ(read_image(folder_.file("room/of boxes/colour.png")).size(), (Size{64, 40}));
+  EXPECT_THAT(read_depth_file(folder_.file("room/of boxes/depth.npy")).pixels(), Each(Gt(0)));
+  Monitor monitor;
+  const CameraTrack track = read_cameras(folder_.file("room/of boxes/cameras.json"), {}, monitor);
+  EXPECT_EQ(track.cameras.at(0).size, (Size{64, 40}));
+}
 
 TEST_F(UwvBench, JudgesRealPairsByEveryMethod) {
   make_recording("recording");
