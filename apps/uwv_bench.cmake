@@ -1,5 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 find_package(CLI11 REQUIRED)
-add_executable(uwv_bench uwv_bench.cpp bench/render_accuracy.cpp bench/render_speed.cpp bench/table.cpp)
+add_executable(uwv_bench
+  uwv_bench.cpp
+  bench/accuracy.cpp
+  bench/depth_width.cpp
+  bench/long_paths.cpp
+  bench/option_accuracy.cpp
+  bench/plot.cpp
+  bench/real_pairs.cpp
+  bench/real_views.cpp
+  bench/render_speed.cpp
+  bench/resolution_accuracy.cpp
+  bench/save_scene.cpp
+  bench/skipped_passes.cpp
+  bench/table.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval CLI11::CLI11 nlohmann_json::nlohmann_json)
+target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval uwv::io CLI11::CLI11 nlohmann_json::nlohmann_json)

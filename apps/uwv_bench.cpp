@@ -1,50 +1,119 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures what docs/performance.md claims.
+// Measures what docs/performance.md claims, and saves the scenes it measures with.
 #include <CLI/CLI.hpp>
 
 #include <fstream>
 #include <functional>
+#include <sstream>
 
 #include "bench/benchmarks.h"
 #include "uwv/core/error.h"
 
-int main(int argc, char** argv) {
-  using namespace uwv::bench;
-  CLI::App app("Measures speed and accuracy of libuwv on this machine.");
-  app.require_subcommand(1);
-  BenchOptions options;
-  std::string json_path;
-  std::function<std::vector<Table>(const BenchOptions&)> benchmark;
+namespace uwv::bench {
+namespace {
 
-  const auto subcommand = [&](const char* name, const char* help, auto function) {
-    CLI::App* sub = app.add_subcommand(name, help);
-    sub->add_option("--width", options.size.width, "Picture width")->capture_default_str();
-    sub->add_option("--height", options.size.height, "Picture height")->capture_default_str();
-    sub->add_option("--runs", options.runs, "Measured runs a figure; the median is reported")->capture_default_str();
-    sub->add_option("--threads", options.threads, "0 = all processors")->capture_default_str();
-    sub->add_flag("--gl,!--no-gl", options.gl, "Also measure OpenGL where a backend works");
-    sub->add_option("--scene", options.scene, "Stock scene of the accuracy table")->capture_default_str();
-    sub->add_option("--steps", options.steps, "Frames of the path to each angle")->capture_default_str();
-    sub->add_option("--json", json_path, "Also write the figures to this file");
-    sub->callback([&benchmark, function] { benchmark = function; });
-  };
-  subcommand("render", "Milliseconds of each pass and of Algorithm 1; example: uwv_bench render --json render.json",
-             render_speed);
-  subcommand("accuracy",
-             "Options against the truth of a synthetic scene; example: uwv_bench accuracy --scene boxes_room",
-             render_accuracy);
-  CLI11_PARSE(app, argc, argv);
+/// The command line: which benchmark, with which options.
+class CommandLine {
+ public:
+  explicit CommandLine(CLI::App& app) {
+    app.require_subcommand(1);
+    CLI::App& render = subcommand(
+        app, "render", "Milliseconds of each pass and of Algorithm 1; example: uwv_bench render --json r.json",
+        render_speed);
+    runs_flag(render);
+    size_flags(render);
+    render.add_flag("--gl,!--no-gl", options_.gl, "Also measure OpenGL where a backend works");
 
-  try {
+    CLI::App& accuracy =
+        subcommand(app, "accuracy",
+                   "Options against the truth of a synthetic scene; example: uwv_bench accuracy --scene boxes_room",
+                   render_accuracy);
+    runs_flag(accuracy);
+    size_flags(accuracy);
+    accuracy.add_option("--scene", options_.scene, "Stock scene of the accuracy table")->capture_default_str();
+    accuracy.add_option("--steps", options_.steps, "Frames of the path to each angle")->capture_default_str();
+    accuracy.add_option("--plot", options_.plot, "Also show the options' speed and accuracy in this SVG file");
+
+    CLI::App& real = subcommand(
+        app, "real", "Methods and options against what a second real camera saw; example: uwv_bench real --rgbd DIR",
+        real_views);
+    runs_flag(real);
+    real.add_option("--motorcycle", options_.motorcycle, "Folder with the stereo pair scripts/setup fetches")
+        ->capture_default_str();
+    real.add_option("--rgbd", options_.rgbd, "Folder with image/, depth/ and test_scene/trajectory.log");
+    real.add_option("--pairs", pairs_, "Frames of --rgbd as SOURCE:TARGET,..")->delimiter(',')->capture_default_str();
+    real.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
+
+    CLI::App& scene = subcommand(
+        app, "scene",
+        "Saves a stock scene as input for uwv_app; example: uwv_bench scene --scene boxes_room --out room", save_scene);
+    size_flags(scene);
+    scene.add_option("--scene", options_.scene, "Which stock scene")->capture_default_str();
+    scene.add_option("--out", options_.out, "Folder to save into")->required();
+  }
+
+  std::vector<Table> run() {
+    options_.pairs.clear();
+    for (const std::string& pair : pairs_) options_.pairs.push_back(frames_of(pair));
+    return benchmark_(options_);
+  }
+
+  void write_json(const std::vector<Table>& tables) const {
+    if (json_path_.empty()) return;
     nlohmann::ordered_json json;
-    for (const Table& table : benchmark(options)) {
-      table.print();
-      json[table.name()] = table.json();
-    }
-    if (json_path.empty()) return 0;
-    std::ofstream file(json_path);
+    for (const Table& table : tables) json[table.name()] = table.json();
+    std::ofstream file(json_path_);
     file << json.dump(2) << '\n';
-    if (!file.flush()) uwv::fail(uwv::ErrorCode::output_failed, "{}: cannot be written", json_path);
+    if (!file.flush()) fail(ErrorCode::output_failed, "{}: cannot be written", json_path_);
+  }
+
+ private:
+  using Benchmark = std::function<std::vector<Table>(const BenchOptions&)>;
+
+  /// With the flags all of them have.
+  CLI::App& subcommand(CLI::App& app, const char* name, const char* help, Benchmark function) {
+    CLI::App& sub = *app.add_subcommand(name, help);
+    sub.add_option("--threads", options_.threads, "0 = all processors")->capture_default_str();
+    sub.add_option("--json", json_path_, "Also write the figures to this file");
+    sub.callback([this, function = std::move(function)] { benchmark_ = function; });
+    return sub;
+  }
+
+  void runs_flag(CLI::App& sub) {
+    sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
+  }
+
+  void size_flags(CLI::App& sub) {
+    sub.add_option("--width", options_.size.width, "Picture width")->capture_default_str();
+    sub.add_option("--height", options_.size.height, "Picture height")->capture_default_str();
+  }
+
+  static std::pair<long, long> frames_of(const std::string& text) {
+    long from = 0, to = 0;
+    char colon = 0, rest = 0;
+    std::istringstream words(text);
+    if (!(words >> from >> colon >> to) || colon != ':' || words >> rest)
+      fail(ErrorCode::value_invalid, "--pairs: found '{}', wanted two frames such as 0:10", text);
+    return {from, to};
+  }
+
+  BenchOptions options_;
+  std::vector<std::string> pairs_{"0:10", "20:40", "60:90"};
+  std::string json_path_;
+  Benchmark benchmark_;
+};
+
+}  // namespace
+}  // namespace uwv::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Measures speed and accuracy of libuwv on this machine.");
+  uwv::bench::CommandLine command(app);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::vector<uwv::bench::Table> tables = command.run();
+    for (const uwv::bench::Table& table : tables) table.print();
+    command.write_json(tables);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "uwv_bench: {}\n", error.what());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/table.h"
@@ -15,15 +16,32 @@ struct BenchOptions {
   int runs = 9;                             ///< Measured runs a figure; the median is reported.
   int threads = 0;                          ///< 0 = all processors.
   bool gl = true;                           ///< Also measure OpenGL where a backend works.
-  std::string scene = "sphere_floor_wall";  ///< Stock scene of the accuracy tables.
+  std::string scene = "sphere_floor_wall";  ///< Stock scene of the accuracy tables, or to be saved.
   int steps = 8;                            ///< Frames of the path to each angle in the accuracy tables.
+  std::string plot;                         ///< SVG file that shows the options of the accuracy table; empty = none.
+
+  // Real second views; see real_pairs.h.
+  std::string motorcycle = ".cache/demo";    ///< Folder of the stereo pair; left out when it isn't there.
+  std::string rgbd;                          ///< Folder of a depth camera's recording; empty = left out.
+  std::vector<std::pair<long, long>> pairs;  ///< Its frames: source, target.
+  bool no_resize = false;                    ///< Pictures at their own size, not at the one uwv_app would work at.
+
+  std::string out;  ///< Folder a scene is saved into.
   void check() const;
 };
 
 /// Milliseconds and points per second: each primitive on each renderer, and Algorithm 1 by kernel and visibility.
 std::vector<Table> render_speed(const BenchOptions& options);
 
-/// Each option against the truth of a synthetic scene at growing angles, with its time beside it.
+/// Each option against the truth of a synthetic scene at growing angles, with its time beside it; what picture size,
+/// width of depth, left-out passes and long paths do.
 std::vector<Table> render_accuracy(const BenchOptions& options);
+
+/// Each method and option against what a second real camera saw.
+std::vector<Table> real_views(const BenchOptions& options);
+
+/// Saves a stock scene as uwv_app's input: colour.png, depth.npy (scene units) and cameras.json. The table tells how
+/// far away the scene's subject is, for trajectories that orbit it.
+std::vector<Table> save_scene(const BenchOptions& options);
 
 }  // namespace uwv::bench

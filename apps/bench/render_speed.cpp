@@ -122,6 +122,8 @@ void BenchOptions::check() const {
   require(runs >= 1 && runs <= 1000, "runs {} is outside 1..1000", runs);
   require(threads >= 0, "threads {} is negative", threads);
   require(steps >= 1 && steps <= 1000, "steps {} is outside 1..1000", steps);
+  for (const auto& [from, to] : pairs)
+    require(from >= 0 && to >= 0 && from != to, "pair {}:{} is not two different frames counted from 0", from, to);
 }
 
 std::vector<Table> render_speed(const BenchOptions& options) {

@@ -8,6 +8,13 @@
 
 namespace uwv::bench {
 
+/// Of at least one value; of an even number, the upper of the two in the middle.
+inline double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 struct Timing {
   double median_ms = 0, min_ms = 0, max_ms = 0;
 };

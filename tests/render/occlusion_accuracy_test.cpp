@@ -5,36 +5,21 @@
 #include <array>
 #include <numbers>
 
-#include "uwv/eval/stock_scenes.h"
-#include "uwv/eval/visibility_truth.h"
+#include "uwv/eval/path_truth.h"
 #include "uwv/eval/wrong_surface.h"
 #include "uwv/render/occlusion.h"
 
 namespace uwv::testing {
 namespace {
 
-/// A path that orbits the subject up to an angle, and what is true at its end.
-struct Orbit {
-  std::vector<Camera> cameras;
-  VisibilityTruth last, path;
-};
-
 class OcclusionAccuracy : public ::testing::Test {
  protected:
   OcclusionAccuracy() : scene_(sphere_floor_wall()), frame_(render(scene_.scene, scene_.source, 0, pool_)) {}
 
-  Orbit orbit(double degrees, int steps) {
-    Orbit orbit;
-    for (int k = 1; k <= steps; ++k) {
-      orbit.cameras.push_back(
-          orbit_camera(scene_.source, scene_.subject_in_world, degrees * k / steps * std::numbers::pi / 180));
-      orbit.last = visibility_truth(scene_.scene, scene_.source, orbit.cameras.back(), 0, pool_);
-      if (k == 1)
-        orbit.path = orbit.last;
-      else
-        accumulate(orbit.path, orbit.last);
-    }
-    return orbit;
+  PathTruth orbit(double degrees) {
+    constexpr int steps = 6;
+    return path_truth(scene_.scene, scene_.source, orbit_path(scene_, degrees * std::numbers::pi / 180, steps), 0,
+                      pool_);
   }
 
   RenderedFrame follow(const std::vector<Camera>& cameras, const OcclusionOptions& options,
@@ -70,12 +55,12 @@ OcclusionOptions with(Visibility visibility) {
 TEST_F(OcclusionAccuracy, MasksAgreeWithTheTruthUpToNinetyDegrees) {
   const std::array<std::pair<double, double>, 5> least{{{5, 0.99}, {20, 0.985}, {45, 0.96}, {70, 0.95}, {90, 0.95}}};
   for (const auto& [degrees, wanted] : least) {
-    const Orbit path = orbit(degrees, 6);
+    const PathTruth path = orbit(degrees);
     for (const Visibility visibility : {Visibility::reproject, Visibility::ztest}) {
       SCOPED_TRACE(fmt::format("{} at {} degrees", to_string(visibility), degrees));
       FrameMasks masks;
       follow(path.cameras, with(visibility), &masks);
-      const PrecisionRecall second = compare(masks.second, path.last), visible = compare(masks.visible, path.path);
+      const PrecisionRecall second = compare(masks.second, path.last), visible = compare(masks.visible, path.product);
       EXPECT_GE(second.precision(), wanted);
       EXPECT_GE(second.recall(), wanted);
       EXPECT_GE(visible.precision(), wanted);
@@ -87,7 +72,7 @@ TEST_F(OcclusionAccuracy, MasksAgreeWithTheTruthUpToNinetyDegrees) {
 TEST_F(OcclusionAccuracy, FinalPictureShowsNoWrongSurface) {
   for (const double degrees : {5.0, 20.0, 45.0, 70.0, 90.0}) {
     SCOPED_TRACE(degrees);
-    const Orbit path = orbit(degrees, 6);
+    const PathTruth path = orbit(degrees);
     OcclusionOptions naive = with(Visibility::none);
     naive.normal_filter = false;
     const WrongSurface ours = wrong(follow(path.cameras, with(Visibility::reproject)), path.cameras.back());

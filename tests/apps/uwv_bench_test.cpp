@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// uwv_bench as a process, on pictures small enough to be quick.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "apps/program.h"
+#include "support/temp_folder.h"
+#include "uwv/eval/path_truth.h"
+#include "uwv/io/cameras_file.h"
+#include "uwv/io/depth_file.h"
+#include "uwv/io/image_file.h"
+
+namespace uwv::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Each;
+using testing::Gt;
+using testing::HasSubstr;
+
+class UwvBench : public testing::Test {
+ protected:
+  Outcome bench(const std::vector<std::string>& arguments) const { return run_app(folder_.path().string(), arguments); }
+  /// Runs and expects success.
+  Outcome must(const std::vector<std::string>& arguments) const {
+    Outcome outcome = bench(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
+    return outcome;
+  }
+  nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(folder_.read(name)); }
+
+  /// A recording in the layout --rgbd reads: the ball scene from its own camera and from 15 degrees to the side.
+  void make_recording(const std::string& name) const {
+    constexpr Size size{160, 120};
+    const fs::path root = folder_.file(name);
+    for (const char* part : {"image", "depth", "test_scene"}) fs::create_directories(root / part);
+    ThreadPool pool(2);
+    StockScene scene = sphere_floor_wall({.size = size});
+    scene.source.intrinsics = Intrinsics::from_integer_centres(525, 525, 319.5, 239.5).resized({640, 480}, size);
+    CameraTrack track{{scene.source}, {0, 1}};
+    track.cameras.push_back(orbit_path(scene, 15 * std::numbers::pi / 180, 1).front());
+    for (int i = 0; i < 2; ++i) {
+      const SyntheticFrame seen = render(scene.scene, track.cameras[static_cast<std::size_t>(i)], 0, pool, 2);
+      write_png((root / fmt::format("image/{:05}.png", i)).string(), seen.colour);
+      write_depth_file((root / fmt::format("depth/{:05}.png", i)).string(), seen.depth);
+    }
+    write_cameras((root / "test_scene/trajectory.log").string(), track, CamerasFormat::redwood);
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(UwvBench, SavesASceneThatReadsBack) {
+  must({"scene", "--scene", "boxes_room", "--width", "64", "--height", "40", "--out", "room/of boxes"});
+  EXPECT_EQ(read_image(folder_.file("room/of boxes/colour.png")).size(), (Size{64, 40}));
+  EXPECT_THAT(read_depth_file(folder_.file("room/of boxes/depth.npy")).pixels(), Each(Gt(0)));
+  Monitor monitor;
+  const CameraTrack track = read_cameras(folder_.file("room/of boxes/cameras.json"), {}, monitor);
+  EXPECT_EQ(track.cameras.at(0).size, (Size{64, 40}));
+}
+
+TEST_F(UwvBench, JudgesRealPairsByEveryMethod) {
+  make_recording("recording");
+  const std::string said = must({"real", "--rgbd", "recording", "--pairs", "0:1", "--motorcycle", "none", "--runs", "1",
+                                 "--no-resize", "--json", "real.json"})
+                               .out;
+  EXPECT_THAT(said, HasSubstr("motorcycle left out"));
+  std::map<std::string, nlohmann::json> rows;
+  const nlohmann::json tables = json("real.json");
+  for (const auto& row : tables["real second views"])
+    if (row["reliability"] == "off") rows[row["method"].get<std::string>()] = row;
+  for (const char* method : {"naive (nearest)", "official (bilinear)", "ours", "ours, ztest"})
+    ASSERT_TRUE(rows.contains(method)) << method;
+  // Textures whose finest wave is two of these pixels long; a wrong pose or lens gives less than 20 dB.
+  EXPECT_GT(rows["ours"]["psnr_common"].get<double>(), 28);
+  EXPECT_GT(rows["ours"]["psnr_common"].get<double>(), rows["naive (nearest)"]["psnr_common"].get<double>());
+  EXPECT_LE(rows["ours"]["through_%"].get<double>(), rows["naive (nearest)"]["through_%"].get<double>());
+  EXPECT_GT(rows["ours"]["valid"].get<double>(), 0.7);
+}
+
+TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
+  make_recording("recording");
+  for (const auto& [pair, words] :
+       std::map<std::string, std::string>{{"0:7", "trajectory.log: has 2 poses, the pair wants number 7"},
+                                          {"3", "wanted two frames"},
+                                          {"1:1", "1:1"}}) {
+    const Outcome outcome =
+        bench({"real", "--rgbd", "recording", "--motorcycle", "none", "--runs", "1", "--pairs", pair});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr(words));
+  }
+  EXPECT_THAT(bench({"real", "--motorcycle", "none"}).err, HasSubstr("give --motorcycle or --rgbd"));
+}
+
+TEST_F(UwvBench, LeavingOutPassesChangesNoPixel) {
+  must({"accuracy", "--width", "96", "--height", "56", "--steps", "2", "--runs", "1", "--json", "accuracy.json",
+        "--plot", "options.svg"});
+  EXPECT_THAT(folder_.read("options.svg"), HasSubstr("default"));
+  const nlohmann::json tables = json("accuracy.json");
+  for (const auto& row : tables["passes left out"]) {
+    EXPECT_THAT(row["identical"].get<std::string>(), testing::StartsWith("yes")) << row;
+    EXPECT_LE(row["passes"], row["passes_without_skipping"]);
+  }
+  for (const char* name : {"resolution", "width of depth", "long paths"}) EXPECT_FALSE(tables[name].empty()) << name;
+}
+
+}  // namespace
+}  // namespace uwv::test
