@@ -20,6 +20,9 @@ std::vector<Way> ways() {
     all.push_back({std::move(name), options});
   };
   add("reproject", [](auto&) {});
+  add("reproject, return_size=1", [](auto& o) { o.return_size = 1; });
+  add("reproject, return_size=1.05", [](auto& o) { o.return_size = 1.05F; });
+  add("reproject, return_size=1.2", [](auto& o) { o.return_size = 1.2F; });
   add("reproject, point_size=1.1", [](auto& o) { o.footprint.point_size = 1.1F; });
   add("reproject, point_size=1.15", [](auto& o) { o.footprint.point_size = 1.15F; });
   add("ztest", [](auto& o) { o.visibility = Visibility::ztest; });

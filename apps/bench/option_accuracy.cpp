@@ -41,6 +41,12 @@ std::vector<Variant> variants() {
   add("alpha=60", [](auto& o) { o.alpha = std::numbers::pi / 3; });
   add("normal_filter=off", [](auto& o) { o.normal_filter = false; });
   add("reliability=on", [](auto& o) { o.reliability.enabled = true; });
+  add("reliability=on, dropped points gone", [](auto& o) {
+    o.reliability.enabled = true;
+    o.dropped_points_hide = false;
+  });
+  add("return_size=1", [](auto& o) { o.return_size = 1; });
+  add("fringe=1", [](auto& o) { o.fringe = 1; });
   add("naive", [](auto& o) {
     o.visibility = Visibility::none;
     o.normal_filter = false;

@@ -51,6 +51,9 @@ std::vector<Method> methods(bool reliability) {
   add("ours", Kernel::resample, Visibility::reproject);
   add("ours, nearest", Kernel::nearest, Visibility::reproject);
   add("ours, ztest", Kernel::resample, Visibility::ztest);
+  // As many pixels as the official kernel shows, for a comparison at equal share.
+  add("ours, fringe=1", Kernel::resample, Visibility::reproject);
+  all.back().options.fringe = 1;
   return all;
 }
 
@@ -92,6 +95,9 @@ std::vector<Method> reliability_ratios() {
   OcclusionOptions small_window = with_reliability(true);
   small_window.reliability.window = 3;
   all.push_back({"resample, ratio=0.1, window=3", small_window});
+  OcclusionOptions gone = with_reliability(true);
+  gone.dropped_points_hide = false;
+  all.push_back({"resample, ratio=0.1, dropped points gone", gone});
   return all;
 }
 

@@ -88,7 +88,9 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.depth_tolerance = from.depth_tolerance;
   options.footprint.point_size = from.point_size;
   options.footprint.max_footprint = from.max_footprint;
+  options.return_size = from.return_size;
   options.fringe = from.fringe;
+  options.dropped_points_hide = from.dropped_points_hide;
   options.slopes = {.discontinuity = from.slope_discontinuity, .radius = from.slope_radius};
   if (from.max_tilt) options.slopes.max_tilt = *from.max_tilt * degree;
   options.reliability.enabled = from.reliability == ReliabilityChoice::on;

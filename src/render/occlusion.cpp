@@ -135,8 +135,13 @@ struct OcclusionRenderer::State {
   const char* accumulate(const SourceFrame& source, const PointGrid& points, const Camera& target, bool want_first,
                          FrameReport& report);
   void find_second(const SourceFrame& source, const PointGrid& points, const Camera& target, FrameReport& report);
-  PointGrid grid(const SourceFrame& source, const ValidityMask& kept) const {
-    return {source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, &kept};
+  PointGrid grid(const SourceFrame& source, const ValidityMask* kept) const {
+    return {source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, kept};
+  }
+  /// The points of the first two passes.
+  const ValidityMask* hiding(const SourceFrame& source) const {
+    if (source.valid != nullptr) return source.valid;
+    return options.dropped_points_hide && options.kernel != Kernel::bilinear ? nullptr : &reliable;
   }
   void show(const SourceFrame& source, const Camera& target, RenderedFrame& out);
   void run(const SourceFrame& source, const Camera& target, RenderedFrame& out, FrameMasks* masks, FrameReport& report);
@@ -150,7 +155,7 @@ void OcclusionRenderer::State::find_second(const SourceFrame& source, const Poin
     // The official recursion lets only background pixels come back: what the foreground lands on says nothing.
     require(source.foreground != nullptr, "Accumulation::foreground needs SourceFrame::foreground");
     ValidityMask moving = *source.foreground;
-    intersect(moving, *points.keep);
+    if (points.keep != nullptr) intersect(moving, *points.keep);
     intersect(moving, front);
     PointGrid foreground = points;
     foreground.keep = &moving;
@@ -194,13 +199,13 @@ void OcclusionRenderer::State::show(const SourceFrame& source, const Camera& tar
   if (last_was_copied)
     copy_kept(source, keep, out);
   else
-    chain->colour(source, grid(source, keep), target, out);
+    chain->colour(source, grid(source, &keep), target, out);
 }
 
 void OcclusionRenderer::State::run(const SourceFrame& source, const Camera& target, RenderedFrame& out,
                                    FrameMasks* masks, FrameReport& report) {
   const ValidityMask& reliable_points = source.valid != nullptr ? *source.valid : reliable;
-  const PointGrid points = grid(source, reliable_points);
+  const PointGrid points = grid(source, hiding(source));
   if (options.normal_filter) {
     front_mask(points, target, std::cos(options.alpha), pool, front);
   } else {
@@ -218,7 +223,7 @@ void OcclusionRenderer::State::run(const SourceFrame& source, const Camera& targ
   last_was_copied = reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear;
   if (!last_was_copied) {
     const bool after_first = options.skip_unneeded && report.passes > 0;
-    const bool drawn = chain->draw(source, grid(source, keep), target, after_first);
+    const bool drawn = chain->draw(source, grid(source, &keep), target, after_first);
     report.passes += drawn;
     if (!drawn) reason = nothing_hidden;
   }
@@ -265,6 +270,7 @@ void OcclusionOptions::check() const {
   require(tolerance() >= 0 && tolerance() < 1, "depth_tolerance {} is outside [0, 1)", tolerance());
   require(soft_splat.sharpness >= 0 && soft_splat.log_depth_max >= 0,
           "soft splat sharpness {} or log_depth_max {} is negative", soft_splat.sharpness, soft_splat.log_depth_max);
+  require(return_size > 0 && return_size <= 4, "return_size {} is outside (0, 4]", return_size);
   require(fringe >= 0 && fringe <= 8, "fringe {} is outside 0..8 pixels", fringe);
   footprint.check();
   slopes.check();

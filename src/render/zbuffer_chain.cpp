@@ -10,7 +10,9 @@ namespace {
 class ZBufferChain final : public KernelChain {
  public:
   ZBufferChain(Rasterizer& rasterizer, ThreadPool& pool, const OcclusionOptions& options)
-      : rasterizer_(rasterizer), pool_(pool), options_(options) {}
+      : rasterizer_(rasterizer), pool_(pool), options_(options), way_back_(options.footprint) {
+    way_back_.point_size *= options.return_size;
+  }
 
   void first(const PointGrid& points, const Camera& target) override {
     rasterizer_.zbuffer(points, target, options_.footprint, first_);
@@ -25,9 +27,7 @@ class ZBufferChain final : public KernelChain {
   void come_back(const PointGrid& points, const Camera& target, const ValidityMask* exclude,
                  ValidityMask& second) override {
     const bool only_coverage = options_.visibility == Visibility::reproject && options_.tolerance() == 0;
-    if (only_coverage && exclude == nullptr &&
-        rasterizer_.come_back(points, target, first_, options_.footprint, second))
-      return;
+    if (only_coverage && exclude == nullptr && rasterizer_.come_back(points, target, first_, way_back_, second)) return;
     surface_geometry(points, target, first_, pool_, surface_depth_, &surface_slopes_);
     if (exclude != nullptr)
       std::transform(surface_depth_.pixels().begin(), surface_depth_.pixels().end(), exclude->pixels().begin(),
@@ -38,10 +38,10 @@ class ZBufferChain final : public KernelChain {
     }
     const PointGrid seen{target, &surface_depth_, &surface_slopes_, nullptr};
     if (options_.tolerance() > 0) {
-      rasterizer_.zbuffer(seen, points.camera, options_.footprint, returned_);
+      rasterizer_.zbuffer(seen, points.camera, way_back_, returned_);
       keep_agreeing_depths(*points.depth, second);
     } else {
-      rasterizer_.coverage(seen, points.camera, options_.footprint, second);
+      rasterizer_.coverage(seen, points.camera, way_back_, second);
     }
   }
 
@@ -83,6 +83,7 @@ class ZBufferChain final : public KernelChain {
   Rasterizer& rasterizer_;
   ThreadPool& pool_;
   const OcclusionOptions& options_;
+  FootprintOptions way_back_;
   ZBuffer first_;  // the final rendering takes its place
   ZBuffer returned_;
   DepthMap surface_depth_;

@@ -85,6 +85,34 @@ TEST_F(OcclusionAccuracy, FinalPictureShowsNoWrongSurface) {
   }
 }
 
+TEST_F(OcclusionAccuracy, AProductOfManyFramesKeepsWhatIsVisible) {
+  constexpr int steps = 81;
+  const PathTruth path =
+      path_truth(scene_.scene, scene_.source, orbit_path(scene_, std::numbers::pi / 2, steps), 0, pool_);
+  for (const Visibility visibility : {Visibility::reproject, Visibility::ztest}) {
+    SCOPED_TRACE(to_string(visibility));
+    FrameMasks masks;
+    follow(path.cameras, with(visibility), &masks);
+    const PrecisionRecall visible = compare(masks.visible, path.product);
+    EXPECT_GE(visible.precision(), 0.95);
+    EXPECT_GE(visible.recall(), 0.95);
+  }
+}
+
+TEST_F(OcclusionAccuracy, FilteredPointsStillHideWhatIsBehindThem) {
+  for (const double degrees : {5.0, 20.0, 45.0}) {
+    SCOPED_TRACE(degrees);
+    const std::vector<Camera> camera = orbit_path(scene_, degrees * std::numbers::pi / 180, 1);
+    OcclusionOptions options = with(Visibility::reproject);
+    options.reliability.enabled = true;
+    const WrongSurface hiding = wrong(follow(camera, options), camera.back());
+    options.dropped_points_hide = false;
+    const WrongSurface gone = wrong(follow(camera, options), camera.back());
+    EXPECT_LE(hiding.wrong_share(), 0.001);
+    EXPECT_LT(hiding.through_known + hiding.through_border, gone.through_known + gone.through_border);
+  }
+}
+
 TEST_F(OcclusionAccuracy, SurfacesStayClosedWhenTheCameraComesTwiceAsClose) {
   std::vector<Camera> cameras;
   for (int k = 1; k <= 6; ++k)

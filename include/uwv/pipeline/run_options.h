@@ -89,9 +89,11 @@ struct RunOptions {
   bool normal_filter = true;  ///< False draws back faces and grazing surfaces too.
   float point_size = FootprintOptions{}.point_size;
   float max_footprint = FootprintOptions{}.max_footprint;
-  float fringe = OcclusionOptions{}.fringe;  ///< Pixels a surface's rim may reach into what nothing covers.
-  std::optional<float> depth_tolerance;                          ///< Unset: 0.02 for ztest, which needs some, else 0.
-  ReliabilityChoice reliability = ReliabilityChoice::automatic;  ///< The reliable-depth filter.
+  float return_size = OcclusionOptions{}.return_size;  ///< Scales footprints on the way back of reproject.
+  float fringe = OcclusionOptions{}.fringe;            ///< Pixels a surface's rim may reach into what nothing covers.
+  std::optional<float> depth_tolerance;                ///< Unset: 0.02 for ztest, which needs some, else 0.
+  ReliabilityChoice reliability = ReliabilityChoice::automatic;       ///< The reliable-depth filter.
+  bool dropped_points_hide = OcclusionOptions{}.dropped_points_hide;  ///< Points it drops still hide what is behind.
   float reliability_ratio = ReliabilityOptions{}.ratio;
   int reliability_window = ReliabilityOptions{}.window;
   int slope_radius = SlopeOptions{}.radius;
