@@ -13,6 +13,7 @@ add_executable(uwv_bench
   bench/resolution_accuracy.cpp
   bench/save_scene.cpp
   bench/skipped_passes.cpp
+  bench/smeared_depth.cpp
   bench/table.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval uwv::io CLI11::CLI11 nlohmann_json::nlohmann_json)

@@ -8,6 +8,8 @@ target_compile_options(uwv_build_options INTERFACE
   -ffp-contract=off
   # We never look at errno or floating-point traps; without these two, loops with sqrt or a select stay scalar.
   -fno-math-errno -fno-trapping-math)
+# Part of the key under which finished stages are found again: see build_id().
+target_link_options(uwv_build_options INTERFACE -Wl,--build-id=sha1)
 if(UWV_WERROR)
   target_compile_options(uwv_build_options INTERFACE -Werror)
 endif()

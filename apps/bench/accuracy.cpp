@@ -57,8 +57,8 @@ std::vector<Table> render_accuracy(const BenchOptions& options) {
   options.check();
   ThreadPool pool(options.threads);
   const Lab lab(scene_named(options.scene, options.size), pool);
-  return {option_table(lab, options), resolution_table(options, pool), depth_width_table(lab, options),
-          skipped_passes_table(lab, options), long_paths_table(lab)};
+  return {option_table(lab, options), resolution_table(options, pool),    depth_width_table(lab, options),
+          smeared_depth_table(lab),   skipped_passes_table(lab, options), long_paths_table(lab)};
 }
 
 }  // namespace uwv::bench

@@ -53,6 +53,8 @@ Table option_table(const Lab& lab, const BenchOptions& options);
 Table resolution_table(const BenchOptions& options, ThreadPool& pool);
 /// Depth as 32-bit float, 16-bit float and whole millimetres.
 Table depth_width_table(const Lab& lab, const BenchOptions& options);
+/// What the reliability filter costs sharp depth and gains smeared depth.
+Table smeared_depth_table(const Lab& lab);
 /// What leaving out unneeded passes saves, and that it changes nothing.
 Table skipped_passes_table(const Lab& lab, const BenchOptions& options);
 /// M_vis after many frames to the same angle: what a product of small losses comes to.

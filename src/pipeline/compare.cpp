@@ -48,7 +48,10 @@ bool is_finite(double value) { return std::isfinite(value); }
 
 void CompareOptions::check() const { require(!a.empty() && !b.empty(), "two clips are needed: --a and --b"); }
 
-double ClipComparison::mean_psnr() const { return mean(frames, &FrameComparison::psnr, is_finite); }
+double ClipComparison::mean_psnr() const {
+  const double finite = mean(frames, &FrameComparison::psnr, is_finite);
+  return std::isnan(finite) && equal_frames() > 0 ? std::numeric_limits<double>::infinity() : finite;
+}
 double ClipComparison::mean_ssim() const { return mean(frames, &FrameComparison::ssim, is_finite); }
 double ClipComparison::mean_valid_share() const { return mean(frames, &FrameComparison::valid_share, is_finite); }
 

@@ -98,6 +98,8 @@ std::vector<Option> render_options() {
              "scales footprints on reproject's way back; 1 loses pixels on long paths"),
       option("fringe", &O::fringe, "PX",
              "how far rims of surfaces reach into empty pixels; 1 as the official splat does"),
+      option("log_depth_max", &O::log_depth_max, "X",
+             "bilinear: ln(1 + depth) of the farthest point of the whole clip, for weights as in the official batch"),
       option("depth_tolerance", &O::depth_tolerance, "X",
              "relative depth difference that counts as visible; unset: 0.02 for ztest, else 0"),
       option("reliability", &O::reliability, "NAME",

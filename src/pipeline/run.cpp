@@ -79,6 +79,7 @@ std::string stage_key(const Stage& stage, const Plan& plan, const Rasterizer& ra
   }
   const ordered_json all = {{"stage", stage.name},
                             {"versions", component_versions()},
+                            {"build", build_id()},
                             {"options", options},
                             {"inputs", files},
                             {"trajectory", to_json(plan.trajectory)},

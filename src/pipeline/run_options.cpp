@@ -88,6 +88,7 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.depth_tolerance = from.depth_tolerance;
   options.footprint.point_size = from.point_size;
   options.footprint.max_footprint = from.max_footprint;
+  if (from.log_depth_max) options.soft_splat.log_depth_max = static_cast<float>(*from.log_depth_max);
   options.return_size = from.return_size;
   options.fringe = from.fringe;
   options.dropped_points_hide = from.dropped_points_hide;

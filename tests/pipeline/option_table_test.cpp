@@ -172,6 +172,7 @@ TEST(RunOptions, OutOfRangeValuesAreRefused) {
                                                                 {"max_tilt", "91"},
                                                                 {"max_footprint", "0"},
                                                                 {"fringe", "-1"},
+                                                                {"log_depth_max", "-1"},
                                                                 {"return_size", "0"},
                                                                 {"slope_radius", "0"},
                                                                 {"depth_tolerance", "-1"}};

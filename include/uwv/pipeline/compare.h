@@ -25,7 +25,8 @@ struct FrameComparison {
 
 struct ClipComparison {
   std::vector<FrameComparison> frames;
-  /// Means over the frames whose figure is finite (PSNR) or a number (SSIM); NaN when there are none.
+  /// Means over the frames whose figure is finite (PSNR) or a number (SSIM); NaN when there are none. The mean PSNR of
+  /// clips of which all frames compared are equal is infinite.
   double mean_psnr() const;
   double mean_ssim() const;
   double mean_valid_share() const;

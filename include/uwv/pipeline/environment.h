@@ -13,6 +13,10 @@ namespace uwv {
 /// The version of the library, e.g. "0.1.0".
 std::string version();
 
+/// The linker's identity of the program or library this code was linked into: another one after any change of code.
+/// Hexadecimal; empty when the linker left none.
+std::string build_id();
+
 /// Names and versions of this library, its compiler and the libraries that decide bytes of the results.
 std::vector<std::pair<std::string, std::string>> component_versions();
 

@@ -91,7 +91,8 @@ struct RunOptions {
   float max_footprint = FootprintOptions{}.max_footprint;
   float return_size = OcclusionOptions{}.return_size;  ///< Scales footprints on the way back of reproject.
   float fringe = OcclusionOptions{}.fringe;            ///< Pixels a surface's rim may reach into what nothing covers.
-  std::optional<float> depth_tolerance;                ///< Unset: 0.02 for ztest, which needs some, else 0.
+  std::optional<double> log_depth_max;   ///< See SoftSplatOptions, for bilinear. Unset: each rendering's own.
+  std::optional<float> depth_tolerance;  ///< Unset: 0.02 for ztest, which needs some, else 0.
   ReliabilityChoice reliability = ReliabilityChoice::automatic;       ///< The reliable-depth filter.
   bool dropped_points_hide = OcclusionOptions{}.dropped_points_hide;  ///< Points it drops still hide what is behind.
   float reliability_ratio = ReliabilityOptions{}.ratio;
