@@ -110,6 +110,7 @@ struct OcclusionRenderer::State {
   std::optional<Camera> last_target;
   FrameReport last_report;
   bool last_was_copied = false;
+  RenderedFrame still_frame;  // made by the first repetition: most paths never stand still
 
   ValidityMask second, front, keep;
 
@@ -245,7 +246,8 @@ FrameReport OcclusionRenderer::render(const SourceFrame& source, const Camera& t
   FrameReport report;
   // Rendering the same view again cannot change M_vis either: the product is idempotent.
   if (state.options.skip_unneeded && masks == nullptr && state.last_target == target) {
-    state.show(source, target, out);
+    if (state.still_frame.valid.empty()) state.show(source, target, state.still_frame);
+    out = state.still_frame;
     report = state.last_report;
     report.passes = 0;
     report.skipped = same_as_before;
@@ -253,6 +255,7 @@ FrameReport OcclusionRenderer::render(const SourceFrame& source, const Camera& t
     state.run(source, target, out, masks, report);
     state.last_target = target;
     state.last_report = report;
+    state.still_frame = {};
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
