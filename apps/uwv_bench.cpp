@@ -21,7 +21,7 @@ class CommandLine {
         app, "render", "Milliseconds of each pass and of Algorithm 1; example: uwv_bench render --json r.json",
         render_speed);
     runs_flag(render);
-    size_flags(render);
+    render.add_option("--sizes", sizes_, "Picture sizes as WxH,..")->delimiter(',')->capture_default_str();
     render.add_flag("--gl,!--no-gl", options_.gl, "Also measure OpenGL where a backend works");
 
     CLI::App& accuracy =
@@ -55,6 +55,8 @@ class CommandLine {
   std::vector<Table> run() {
     options_.pairs.clear();
     for (const std::string& pair : pairs_) options_.pairs.push_back(frames_of(pair));
+    options_.sizes.clear();
+    for (const std::string& size : sizes_) options_.sizes.push_back(size_of(size));
     return benchmark_(options_);
   }
 
@@ -88,6 +90,15 @@ class CommandLine {
     sub.add_option("--height", options_.size.height, "Picture height")->capture_default_str();
   }
 
+  static Size size_of(const std::string& text) {
+    Size size;
+    char by = 0, rest = 0;
+    std::istringstream words(text);
+    if (!(words >> size.width >> by >> size.height) || by != 'x' || words >> rest)
+      fail(ErrorCode::value_invalid, "--sizes: found '{}', wanted sizes such as 832x480", text);
+    return size;
+  }
+
   static std::pair<long, long> frames_of(const std::string& text) {
     long from = 0, to = 0;
     char colon = 0, rest = 0;
@@ -99,6 +110,7 @@ class CommandLine {
 
   BenchOptions options_;
   std::vector<std::string> pairs_{"0:10", "20:40", "60:90"};
+  std::vector<std::string> sizes_{"416x240", "832x480", "1664x960"};
   std::string json_path_;
   Benchmark benchmark_;
 };

@@ -13,6 +13,7 @@ namespace uwv::bench {
 
 struct BenchOptions {
   Size size{832, 480};
+  std::vector<Size> sizes;                  ///< Of the speed tables.
   int runs = 9;                             ///< Measured runs a figure; the median is reported.
   int threads = 0;                          ///< 0 = all processors.
   bool gl = true;                           ///< Also measure OpenGL where a backend works.

@@ -61,38 +61,38 @@ std::vector<NamedRasterizer> rasterizers(bool with_gl, ThreadPool& pool) {
   return all;
 }
 
-Table primitives(const Workload& work, const std::vector<NamedRasterizer>& renderers, const BenchOptions& options) {
-  Table table("one pass", {"renderer", "pass", "ms", "min_ms", "mpoints_per_s"});
+std::string text(Size size) { return fmt::format("{}x{}", size.width, size.height); }
+
+void measure_passes(const Workload& work, const std::vector<NamedRasterizer>& renderers, int runs, Table& table) {
   const double points = static_cast<double>(work.frame.depth.size().pixels());
   for (const NamedRasterizer& r : renderers) {
     ZBuffer zbuffer;
     ValidityMask covered;
     SoftSplat soft;
     const auto add = [&](const char* pass, const Timing& t) {
-      table.add({r.name, pass, t.median_ms, t.min_ms, points / t.median_ms / 1e3});
+      table.add({r.name, text(work.frame.depth.size()), pass, t.median_ms, t.min_ms, points / t.median_ms / 1e3});
     };
-    add("zbuffer", time(options.runs, [&] { r.rasterizer->zbuffer(work.grid(), work.target, {}, zbuffer); }));
-    add("coverage", time(options.runs, [&] { r.rasterizer->coverage(work.grid(), work.target, {}, covered); }));
-    add("soft_splat",
-        time(options.runs, [&] { r.rasterizer->soft_splat(work.grid(), &work.colour, work.target, {}, soft); }));
+    add("zbuffer", time(runs, [&] { r.rasterizer->zbuffer(work.grid(), work.target, {}, zbuffer); }));
+    add("coverage", time(runs, [&] { r.rasterizer->coverage(work.grid(), work.target, {}, covered); }));
+    add("soft_splat", time(runs, [&] { r.rasterizer->soft_splat(work.grid(), &work.colour, work.target, {}, soft); }));
   }
-  return table;
 }
 
-Table source_work(const Workload& work, ThreadPool& pool, const BenchOptions& options) {
-  Table table("per source frame", {"step", "ms", "min_ms"});
-  const auto add = [&](const char* step, const Timing& t) { table.add({step, t.median_ms, t.min_ms}); };
-  add("slopes_from_depth", time(options.runs, [&] { slopes_from_depth(work.frame.depth, {}, pool); }));
-  add("reliable_depth", time(options.runs, [&] { reliable_depth(work.frame.depth, {}, pool); }));
-  add("front_mask", time(options.runs, [&] { front_mask(work.grid(), work.target, 0, pool); }));
-  return table;
+void measure_source_work(const Workload& work, ThreadPool& pool, int runs, Table& table) {
+  const auto add = [&](const char* step, const Timing& t) {
+    table.add({text(work.frame.depth.size()), step, t.median_ms, t.min_ms});
+  };
+  SlopeMap slopes;
+  ValidityMask mask;
+  const Intrinsics& lens = work.scene.source.intrinsics;
+  add("slopes", time(runs, [&] { limited_slopes_from_depth(work.frame.depth, lens, {}, pool, slopes); }));
+  add("reliable_depth", time(runs, [&] { reliable_depth(work.frame.depth, {}, pool, mask); }));
+  add("front_mask", time(runs, [&] { front_mask(work.grid(), work.target, 0, pool, mask); }));
 }
 
-Table algorithm(const Workload& work, const std::vector<NamedRasterizer>& renderers, ThreadPool& pool,
-                const BenchOptions& options) {
-  // A new source index each frame: slopes and reliability are part of the time, as in a video.
-  Table table("Algorithm 1, a new source frame each time",
-              {"renderer", "kernel", "visibility", "passes", "ms_per_frame", "min_ms", "mpoints_per_s"});
+/// A new source index each frame: slopes and reliability are part of the time, as in a video.
+void measure_algorithm(const Workload& work, const std::vector<NamedRasterizer>& renderers, ThreadPool& pool, int runs,
+                       Table& table) {
   const double points = static_cast<double>(work.frame.depth.size().pixels());
   for (const NamedRasterizer& r : renderers)
     for (const Kernel kernel : {Kernel::nearest, Kernel::resample, Kernel::bilinear})
@@ -107,18 +107,21 @@ Table algorithm(const Workload& work, const std::vector<NamedRasterizer>& render
         RenderedFrame out;
         FrameReport report;
         long index = 0;
-        const Timing t = time(options.runs, [&] { report = renderer.render(work.source(index++), work.target, out); });
-        table.add({r.name, std::string(to_string(kernel)), std::string(to_string(visibility)), report.passes,
-                   t.median_ms, t.min_ms, points * report.passes / t.median_ms / 1e3});
+        const Timing t = time(runs, [&] { report = renderer.render(work.source(index++), work.target, out); });
+        table.add({r.name, text(work.frame.depth.size()), std::string(to_string(kernel)),
+                   std::string(to_string(visibility)), report.passes, t.median_ms, t.min_ms,
+                   points * report.passes / t.median_ms / 1e3});
       }
-  return table;
 }
 
 }  // namespace
 
 void BenchOptions::check() const {
-  require(size.width >= 1 && size.height >= 1 && size.width <= 65535 && size.height <= 65535,
-          "bench size {}x{} is outside 1..65535", size.width, size.height);
+  std::vector<Size> all = sizes;
+  all.push_back(size);
+  for (const Size s : all)
+    require(s.width >= 1 && s.height >= 1 && s.width <= 65535 && s.height <= 65535,
+            "bench size {}x{} is outside 1..65535", s.width, s.height);
   require(runs >= 1 && runs <= 1000, "runs {} is outside 1..1000", runs);
   require(threads >= 0, "threads {} is negative", threads);
   require(steps >= 1 && steps <= 1000, "steps {} is outside 1..1000", steps);
@@ -129,10 +132,18 @@ void BenchOptions::check() const {
 std::vector<Table> render_speed(const BenchOptions& options) {
   options.check();
   ThreadPool pool(options.threads);
-  const Workload work(options.size, pool);
   const std::vector<NamedRasterizer> renderers = rasterizers(options.gl, pool);
-  return {source_work(work, pool, options), primitives(work, renderers, options),
-          algorithm(work, renderers, pool, options)};
+  Table source("per source frame", {"size", "step", "ms", "min_ms"});
+  Table passes("one pass", {"renderer", "size", "pass", "ms", "min_ms", "mpoints_per_s"});
+  Table algorithm("Algorithm 1, a new source frame each time",
+                  {"renderer", "size", "kernel", "visibility", "passes", "ms_per_frame", "min_ms", "mpoints_per_s"});
+  for (const Size size : options.sizes) {
+    const Workload work(size, pool);
+    measure_source_work(work, pool, options.runs, source);
+    measure_passes(work, renderers, options.runs, passes);
+    measure_algorithm(work, renderers, pool, options.runs, algorithm);
+  }
+  return {source, passes, algorithm};
 }
 
 }  // namespace uwv::bench

@@ -83,6 +83,18 @@ TEST_F(UwvBench, JudgesRealPairsByEveryMethod) {
   EXPECT_GT(rows["ours"]["valid"].get<double>(), 0.7);
 }
 
+TEST_F(UwvBench, TimesEveryPassAtEverySize) {
+  must({"render", "--runs", "1", "--sizes", "64x48,33x17", "--no-gl", "--json", "speed.json"});
+  const nlohmann::json tables = json("speed.json");
+  for (const auto& [name, rows] : {std::pair("per source frame", 3U), std::pair("one pass", 3U),
+                                   std::pair("Algorithm 1, a new source frame each time", 9U)}) {
+    ASSERT_EQ(tables[name].size(), 2 * rows) << name;
+    EXPECT_EQ(tables[name].front()["size"], "64x48");
+    EXPECT_EQ(tables[name].back()["size"], "33x17");
+  }
+  EXPECT_THAT(bench({"render", "--sizes", "64"}).err, HasSubstr("found '64', wanted sizes such as 832x480"));
+}
+
 TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
   make_recording("recording");
   for (const auto& [pair, words] :
