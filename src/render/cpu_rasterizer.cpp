@@ -3,79 +3,31 @@
 // taking the smallest key per pixel. A key holds depth above and point code below, so the merged picture does not
 // depend on the number of threads, and "nearest wins, ties go to the lower code" is one integer comparison.
 #include <array>
-#include <atomic>
 #include <bit>
 #include <limits>
 #include <vector>
 
 #include "render/cpu_soft_splat.h"
 #include "render/footprint.h"
+#include "render/layer.h"
 #include "render/narrow.h"
-#include "render/surfels.h"
+#include "render/point_blocks.h"
+#include "render/shared_rows.h"
 #include "uwv/render/rasterizer.h"
 
 namespace uwv {
 namespace {
 
 using Key = std::uint64_t;
-using detail::CacheAligned;
+using detail::BlockOfPoints;
+using detail::GridBlocks;
+using detail::Layer;
+using detail::SharedRows;
+using detail::SurfaceBlocks;
 constexpr Key no_key = std::numeric_limits<Key>::max();
 
 // Positive floats order like their bit patterns.
 Key key_of(float depth, std::uint32_t code) { return Key{std::bit_cast<std::uint32_t>(depth)} << 32 | code; }
-
-/// One thread's picture: `empty` everywhere between uses, so that only rows that were drawn on need clearing. Behind it
-/// lie spare pixels for points that draw nothing (see Corners).
-template <class Pixel>
-struct Layer {
-  Size size;
-  std::vector<Pixel, CacheAligned<Pixel>> pixels;
-  int first_row = 0, last_row = -1;  ///< Rows drawn on since the last merge.
-
-  void prepare(Size wanted, Pixel empty) {
-    if (size == wanted) return;
-    size = wanted;
-    pixels.assign(size.pixels() + detail::block_size, empty);
-    forget_rows();
-  }
-  Pixel* row(int y) { return pixels.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width); }
-  void touch(int y0, int y1) {
-    first_row = std::min(first_row, y0);
-    last_row = std::max(last_row, y1);
-  }
-  bool touched(int y) const { return y >= first_row && y <= last_row; }
-  void forget_rows() {
-    first_row = size.height;
-    last_row = -1;
-  }
-};
-
-/// Calls touch(i, pixel) for each pixel that each point of a block covers, at least once.
-template <class Pixel, class Touch>
-void for_covered(Layer<Pixel>& layer, const detail::Footprints& f, const detail::BlockExtent& extent, int count,
-                 const Touch& touch) {
-  if (extent.wider <= 1 && extent.taller <= 1) {
-    // Nearly all blocks. Corner by corner over all points, without jumps: what a processor cannot predict, and one
-    // point waiting for its neighbour's pixel, would cost more than touching a pixel twice.
-    detail::Corners corners;
-    detail::corners_of_block(f, layer.size, count, corners);
-    if constexpr (sizeof(Pixel) == 8)
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += 8)
-        __builtin_prefetch(layer.pixels.data() + corners.index[2][i] + layer.size.width, 1);
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      if ((corner & 1) > static_cast<std::size_t>(extent.wider)) continue;
-      if ((corner >> 1) > static_cast<std::size_t>(extent.taller)) continue;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-        touch(i, layer.pixels[corners.index[corner][i]]);
-    }
-    return;
-  }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-    for (int y = f.y0[i]; y <= f.y1[i]; ++y) {
-      Pixel* row = layer.row(y);
-      for (int x = f.x0[i]; x <= f.x1[i]; ++x) touch(i, row[x]);
-    }
-}
 
 void check_target(const Camera& target) {
   require(target.size.width > 0 && target.size.height > 0 && target.size.width <= 65535 && target.size.height <= 65535,
@@ -100,66 +52,6 @@ struct DrawCovered {
   void operator()(Layer<std::uint8_t>& layer, const detail::Footprints& f, const detail::BlockExtent& extent, int count,
                   int, int) const {
     for_covered(layer, f, extent, count, [](std::size_t, std::uint8_t& pixel) { pixel = 0; });
-  }
-};
-
-/// Rows that two threads draw, one from the top and one from the bottom, until they meet: each has as many as it gets
-/// done, and what each has is in one piece.
-class SharedRows {
- public:
-  SharedRows(int from, int to) : from_(from), to_(to), chunks_left_((to - from + chunk - 1) / chunk) {}
-  // Only so that a vector can hold them; not while threads are at work.
-  SharedRows(const SharedRows& other) : SharedRows(other.from_, other.to_) {}
-
-  template <class Body>
-  void for_rows(bool from_top, const Body& body) {
-    for (int taken = 0; chunks_left_.fetch_sub(1, std::memory_order_relaxed) > 0; ++taken) {
-      const int chunks = (to_ - from_ + chunk - 1) / chunk;
-      const int first = from_ + (from_top ? taken : chunks - 1 - taken) * chunk;
-      for (int y = first; y < std::min(first + chunk, to_); ++y) body(y);
-    }
-  }
-
- private:
-  static constexpr int chunk = 8;
-  int from_, to_;
-  std::atomic<int> chunks_left_;
-};
-
-/// What the points of a block are made of; `slopes` and `keep` may be null.
-struct BlockOfPoints {
-  const float* depth;
-  const Slope* slopes;
-  const std::uint8_t* keep;
-};
-
-/// The points of a grid.
-struct GridBlocks {
-  const PointGrid& grid;
-
-  BlockOfPoints at(int x, int y, int) {
-    return {grid.depth->row(y) + x, grid.slopes != nullptr ? grid.slopes->row(y) + x : nullptr,
-            grid.keep != nullptr ? grid.keep->row(y) + x : nullptr};
-  }
-};
-
-/// The surface a z-buffer shows, as points of its own camera; made block by block, it never goes through memory.
-struct SurfaceBlocks {
-  const PointGrid& grid;
-  const ZBuffer& zbuffer;
-  WarpMap map;  ///< From the grid into the z-buffer's camera.
-  detail::Patches patches;
-  detail::Surfels surfels;
-  std::array<Slope, detail::block_size> slopes;
-
-  SurfaceBlocks(const PointGrid& points, const Camera& camera, const ZBuffer& seen)
-      : grid(points), zbuffer(seen), map(WarpMap::between(points.camera, camera)) {}
-
-  BlockOfPoints at(int x, int y, int count) {
-    detail::gather_patches(grid, zbuffer.winner.row(y) + x, count, patches);
-    detail::meet_patches(map, x, y, count, patches, surfels);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) slopes[i] = {surfels.sx[i], surfels.sy[i]};
-    return {surfels.depth.data(), slopes.data(), nullptr};
   }
 };
 
