@@ -108,6 +108,24 @@ TEST_F(UwvApp, FirstFrameIsTheSourceAndCanBeItsRendering) {
   EXPECT_NE(drawn, ImageRgb(drawn.size())) << "the reliability filter leaves holes around the square";
 }
 
+TEST_F(UwvApp, EveryRendererWritesTheSameBytes) {
+  make_clip(folder_, {});
+  must(run_arguments("cpu", {"--renderer", "cpu", "--save-masks", "--fringe", "1"}));
+  const std::string machine = must({"doctor"}).out;
+  int compared = 0;
+  for (const char* backend : {"egl", "osmesa"}) {
+    const Outcome outcome =
+        app(run_arguments(backend, {"--renderer", "gl", "--gl", backend, "--save-masks", "--fringe", "1"}));
+    if (outcome.exit_code != 0) {
+      EXPECT_THAT(machine, HasSubstr("no")) << backend << " works by doctor, but: " << outcome.err;
+      continue;
+    }
+    EXPECT_EQ(results(folder_.file(backend)), results(folder_.file("cpu"))) << backend;
+    ++compared;
+  }
+  if (compared == 0) GTEST_SKIP() << "no OpenGL here: " << machine;
+}
+
 TEST_F(UwvApp, SecondRunSkipsWhatIsFinished) {
   make_clip(folder_, {});
   must(run_arguments("out"));
