@@ -92,10 +92,10 @@ constexpr int edge_reach = 3;  // pixels to each side
 /// Counts the edge around *centre, if there is one whose middle lies between it and the next value.
 void judge_edge(const float* centre, std::ptrdiff_t step, EdgeSharpness& sum) {
   std::array<float, 2 * edge_reach + 1> w;
-  for (int i = -edge_reach; i <= edge_reach; ++i) {
-    const float z = centre[i * step];
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    const float z = centre[(static_cast<std::ptrdiff_t>(i) - edge_reach) * step];
     if (!(z > 0)) return;
-    w[static_cast<std::size_t>(i + edge_reach)] = 1.0F / z;
+    w[i] = 1.0F / z;
   }
   const float whole = w.back() - w.front();
   const float flat = 0.15F * std::fabs(whole);

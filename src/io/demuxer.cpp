@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "io/libav_versions.h"
+
 namespace uwv {
 namespace {
 
@@ -131,9 +133,9 @@ bool Demuxer::cut_short() const {
   if (end_reason_ != AVERROR_EOF) return true;
   const std::int64_t bytes = input_->pb != nullptr ? avio_size(input_->pb) : -1;
   if (bytes < 0) return false;
-  for (int i = avformat_index_get_entries_count(stream_) - 1; i >= 0; --i) {
-    const AVIndexEntry* entry = avformat_index_get_entry(stream_, i);
-    if (entry->pos > bytes - entry->size) return true;
+  for (int i = libav::index_size(*stream_) - 1; i >= 0; --i) {
+    const AVIndexEntry& entry = libav::index_entry(*stream_, i);
+    if (entry.pos > bytes - entry.size) return true;
   }
   return false;
 }

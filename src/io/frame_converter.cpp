@@ -106,11 +106,7 @@ void turn(const ImageRgb& stored, const Orientation& o, ImageRgb& shown) {
 
 }  // namespace
 
-std::optional<Orientation> orientation_of(const AVStream& stream) {
-  const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
-  if (data == nullptr) return Orientation{};
-  std::array<std::int32_t, 9> m{};
-  std::memcpy(m.data(), data, sizeof(m));
+std::optional<Orientation> orientation_of(const libav::DisplayMatrix& m) {
   // FFmpeg multiplies row vectors from the left, in 16.16 fixed point: shown x = m0 * x + m3 * y, y = m1 * x + m4 * y.
   const std::array<double, 4> v{double(m[0]), double(m[3]), double(m[1]), double(m[4])};
   const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2]), std::abs(v[3])});

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/libav.h"
+#include "io/libav_versions.h"
 #include "uwv/core/image.h"
 
 namespace uwv {
@@ -22,8 +22,8 @@ struct Orientation {
   friend bool operator==(const Orientation&, const Orientation&) = default;
 };
 
-/// From a stream's display matrix; nothing for any angle but quarter turns.
-std::optional<Orientation> orientation_of(const AVStream& stream);
+/// Nothing for any angle but quarter turns.
+std::optional<Orientation> orientation_of(const libav::DisplayMatrix& m);
 
 /// The colour system a frame is read with: its own tags, with the gaps filled by convention.
 struct ColourSystem {

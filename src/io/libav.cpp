@@ -4,6 +4,8 @@
 #include <mutex>
 #include <new>
 
+#include "io/libav_versions.h"
+
 namespace uwv::libav {
 namespace {
 
@@ -20,7 +22,7 @@ void set_chroma_position(SwsContext* scaler, const char* side, AVPixelFormat for
   if (about == nullptr || (about->log2_chroma_w == 0 && about->log2_chroma_h == 0)) return;
   int x = 0;
   int y = 128;
-  if (location != AVCHROMA_LOC_UNSPECIFIED) avcodec_enum_to_chroma_pos(&x, &y, location);
+  if (location != AVCHROMA_LOC_UNSPECIFIED) chroma_position(location, x, y);
   const std::string prefix = side;
   if (about->log2_chroma_w == 1) av_opt_set_int(scaler, (prefix + "_h_chr_pos").c_str(), x, 0);
   if (about->log2_chroma_h == 1) av_opt_set_int(scaler, (prefix + "_v_chr_pos").c_str(), y, 0);

@@ -5,6 +5,7 @@
 
 #include "io/clip_range.h"
 #include "io/frame_converter.h"
+#include "io/libav_versions.h"
 #include "io/video_decoder.h"
 
 namespace uwv {
@@ -91,7 +92,8 @@ class VideoSource final : public FrameSource {
     if (stored.width > largest_side || stored.height > largest_side)
       fail(ErrorCode::value_invalid, "{}: is {}x{} pixels; at most {} a side are accepted", info_.path, stored.width,
            stored.height, largest_side);
-    const std::optional<Orientation> orientation = orientation_of(decoder_->demuxer().stream());
+    const std::optional<libav::DisplayMatrix> matrix = libav::display_matrix(decoder_->demuxer().stream());
+    const std::optional<Orientation> orientation = matrix ? orientation_of(*matrix) : Orientation{};
     if (!orientation) warn("asks to be turned by an angle that is no quarter turn; it is shown as stored");
     info_.format = describe(decoder_->codec(), *frame_);
     info_.source_size = orientation.value_or(Orientation{}).shown(stored);
@@ -111,7 +113,7 @@ class VideoSource final : public FrameSource {
            pixel.den);
     if (info_.variable_frame_rate)
       warn("has a variable frame rate; its frames are taken one by one as if they were evenly spaced");
-    if (frame_->interlaced_frame != 0) warn("is interlaced; its fields are not separated, deinterlace it first");
+    if (libav::is_interlaced(*frame_)) warn("is interlaced; its fields are not separated, deinterlace it first");
     if (frame_->color_trc == AVCOL_TRC_SMPTE2084 || frame_->color_trc == AVCOL_TRC_ARIB_STD_B67)
       warn("is HDR ({}); it is not tone-mapped, so colours look flat", av_color_transfer_name(frame_->color_trc));
     if (ColourSystem::of(*frame_).matrix_unsupported)

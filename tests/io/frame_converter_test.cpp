@@ -43,14 +43,10 @@ TEST(FrameConverter, all_eight_orientations_move_pixels_where_the_matrix_says) {
 }
 
 std::optional<Orientation> orientation_from(double degrees, bool mirror) {
-  AVFormatContext* context = avformat_alloc_context();
-  AVStream* stream = avformat_new_stream(context, nullptr);
-  std::uint8_t* data = av_stream_new_side_data(stream, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t));
-  av_display_rotation_set(reinterpret_cast<std::int32_t*>(data), degrees);
-  if (mirror) av_display_matrix_flip(reinterpret_cast<std::int32_t*>(data), 1, 0);
-  const auto orientation = orientation_of(*stream);
-  avformat_free_context(context);
-  return orientation;
+  libav::DisplayMatrix matrix{};
+  av_display_rotation_set(matrix.data(), degrees);
+  if (mirror) av_display_matrix_flip(matrix.data(), 1, 0);
+  return orientation_of(matrix);
 }
 
 TEST(FrameConverter, display_matrices) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files that are not what their names say, or only part of it.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "io/clip_fixtures.h"
@@ -82,6 +83,20 @@ TEST(HostileClip, a_cut_file_gives_its_readable_frames_and_one_warning) {
     RecordingMonitor calm;
     EXPECT_EQ(read_all(*open_clip(cut, beginning, calm)).size(), 4U);
     EXPECT_TRUE(calm.warnings.empty()) << "what was asked for is whole: " << calm.warnings[0];
+  }
+}
+
+TEST(HostileClip, a_file_without_its_last_bytes_is_called_cut) {
+  const TempFolder folder;
+  const std::string bytes = noisy_clip(folder);
+  // Only the table of contents tells: reading ends in half a packet, or none, as it would at a proper end.
+  for (const std::size_t missing : {std::size_t{1}, std::size_t{100}}) {
+    RecordingMonitor monitor;
+    const auto clip =
+        open_clip(folder.write("cut.mp4", bytes.substr(0, bytes.size() - missing)), whole_clip_unresized(), monitor);
+    EXPECT_EQ(read_all(*clip).size(), 39U);
+    ASSERT_EQ(monitor.warnings.size(), 1U) << missing << " bytes missing";
+    EXPECT_THAT(monitor.warnings[0], ::testing::HasSubstr("cut short"));
   }
 }
 

@@ -3,7 +3,7 @@
 // multiply-add (see UwvOptions.cmake) both give the same bits. Sanitizers cannot run the start-up resolvers.
 #pragma once
 
-#if defined(UWV_SANITIZED) || !defined(__x86_64__)
+#if defined(UWV_SANITIZED) || defined(__SANITIZE_THREAD__) || !defined(__x86_64__)
 #define UWV_SIMD_CLONES
 #else
 #define UWV_SIMD_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
