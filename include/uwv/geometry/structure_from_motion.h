@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras and sparse points of an ordinary clip, from its pictures alone.
+//
+// Features are tracked from frame to frame, two frames with parallax start the reconstruction, the others are resected
+// into it, and a bundle adjustment (Ceres) ends it. What a clip cannot tell (a camera that only turns, stands still, or
+// sees one plane; a cut) is recognised and named: the result's `motion` and `reason` say so, and no camera is invented.
+// The scale is arbitrary: the median depth of the points seen from the first camera is 1. The world is the first
+// registered camera's frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "uwv/core/camera.h"
+#include "uwv/core/image.h"
+#include "uwv/core/mask.h"
+#include "uwv/core/monitor.h"
+#include "uwv/core/thread_pool.h"
+
+namespace uwv {
+
+/// What the camera did, as far as the pictures tell.
+enum class CameraMotion {
+  moving,         ///< Parallax enough for cameras and depth.
+  turning,        ///< Rotation only (or zoom): poses are rotations about one point, depth cannot be measured.
+  still,          ///< Locked off: every pose is the identity.
+  indeterminate,  ///< Too little to track, or contradictory: no poses are given. `reason` says which.
+};
+std::string_view to_string(CameraMotion motion);
+
+struct SfmOptions {
+  /// The clip's intrinsics where they are known; empty = one focal length for all frames is estimated, with the centre
+  /// of the picture as principal point.
+  std::optional<Intrinsics> intrinsics;
+  int max_features = 1500;        ///< Tracked at once. More: steadier cameras, time grows in proportion.
+  int tracking_height = 480;      ///< Pictures taller than this are shrunk to it for tracking; results are full size.
+  double min_parallax_px = 2.0;   ///< Median shift that rotation cannot explain, over the clip, from which on `moving`.
+  double max_error_px = 2.0;      ///< An observation reprojecting farther off is an outlier.
+  std::uint64_t seed = 1;         ///< Of every random choice.
+  /// Throws std::invalid_argument when a value is out of range.
+  void check() const;
+};
+
+/// A frame in which a scene point was seen, and where (pixels of the full picture, centres at +0.5).
+struct PointObservation {
+  int frame = 0;
+  Eigen::Vector2d pixel;
+};
+
+/// A reconstructed, static scene point.
+struct ScenePoint {
+  Eigen::Vector3d x_in_world = Eigen::Vector3d::Zero();
+  std::vector<PointObservation> observations;
+  double error_px = 0;  ///< Root mean square reprojection error.
+};
+
+struct SfmResult {
+  CameraMotion motion = CameraMotion::indeterminate;
+  std::string reason;                     ///< One sentence: why this motion, in numbers.
+  std::vector<Camera> cameras;            ///< One per frame unless indeterminate (then empty).
+  std::vector<std::uint8_t> registered;   ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.
+  std::vector<ScenePoint> points;         ///< Only for `moving`.
+  std::vector<int> cuts;                  ///< Frames at which another shot begins. Poses cover the longest shot only;
+                                          ///< frames outside it are not registered and have its nearest camera.
+  bool focal_estimated = false;
+  double parallax_px = 0;                 ///< Median over tracks of the shift rotation cannot explain.
+  double rms_error_px = 0;                ///< Of all inlier observations.
+  double moving_share = 0;                ///< Share of the tracks that contradict a static scene.
+  double seconds = 0;
+  std::string brief() const;              ///< One line.
+};
+
+/// All frames have one size. Reports stages "tracking", "cameras", "bundle adjustment" to the monitor. Throws
+/// std::invalid_argument for no frames or frames of different sizes; never for what the pictures show.
+SfmResult structure_from_motion(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool,
+                                Monitor& monitor);
+
+}  // namespace uwv
