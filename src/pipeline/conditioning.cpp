@@ -95,6 +95,7 @@ struct Tally {
   long frames = 0, passes = 0;
   double render_seconds = 0;
   std::size_t valid = 0;
+  std::size_t from_background = 0;  ///< Pixels that only the background layer knows.
   std::map<std::string, long> skipped;
 
   void add(const FrameReport& report, const RenderedFrame& frame) {
@@ -111,6 +112,18 @@ void put_source(const SourceData& data, RenderedFrame& frame) {
   frame.colour = data.colour;
   frame.depth = data.depth;
   frame.valid.fill(1);
+}
+
+/// The background behind what was drawn: it shows where the first layer knows nothing. Both were drawn occlusion-aware
+/// (composition as in the reference's recon branch, foreground over background).
+void put_behind(const RenderedFrame& background, RenderedFrame& frame, std::size_t& shown) {
+  for (std::size_t i = 0; i < frame.valid.pixels().size(); ++i) {
+    if (frame.valid.pixels()[i] != 0 || background.valid.pixels()[i] == 0) continue;
+    frame.colour.pixels()[i] = background.colour.pixels()[i];
+    frame.depth.pixels()[i] = background.depth.pixels()[i];
+    frame.valid.pixels()[i] = 1;
+    ++shown;
+  }
 }
 
 using SourceChannel = Channel<std::shared_ptr<const SourceData>>;
@@ -133,6 +146,7 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
   const ChannelCloser no_more_sources(from);
   const ChannelCloser no_more_frames(into);
   OcclusionRenderer renderer(shop.rasterizer, shop.pool, plan.occlusion());
+  OcclusionRenderer background_renderer(shop.rasterizer, shop.pool, plan.occlusion());
   Tally tally;
   shop.monitor.step("conditioning", 0, plan.frames());
   for (const TargetFrame& target : plan.path.frames) {
@@ -142,6 +156,11 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
     const Camera source_camera = plan.source_camera(target.source_frame);
     const FrameReport report = renderer.render((*source)->seen_by(source_camera), target.camera, rendered.frame,
                                                plan.options.save_masks ? &rendered.masks : nullptr);
+    if ((*source)->background) {
+      RenderedFrame behind;
+      background_renderer.render((*source)->background_seen_by(source_camera), target.camera, behind);
+      put_behind(behind, rendered.frame, tally.from_background);
+    }
     if (plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity)
       put_source(**source, rendered.frame);
     tally.add(report, rendered.frame);
@@ -149,6 +168,10 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
     shop.monitor.step("conditioning", tally.frames, plan.frames());
   }
   return tally;
+}
+
+const char* layer_absent(const Plan& plan) {
+  return plan.options.layers ? "skipped: the geometry has none" : "skipped: --no-layers";
 }
 
 }  // namespace
@@ -197,7 +220,9 @@ ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) 
           {"passes", tally.passes},
           {"skipped_passes", tally.skipped},
           {"render_ms_per_frame", 1000 * tally.render_seconds / static_cast<double>(tally.frames)},
-          {"valid_share", static_cast<double>(tally.valid) / pixels}};
+          {"valid_share", static_cast<double>(tally.valid) / pixels},
+          {"background_share", static_cast<double>(tally.from_background) / pixels},
+          {"background_layer", plan.source->has_background() ? "drawn" : layer_absent(plan)}};
 }
 
 }  // namespace uwv::pipeline

@@ -35,6 +35,13 @@ struct EnumNames<GlBackend> {
       {GlBackend::automatic, "auto"}, {GlBackend::egl, "egl"}, {GlBackend::osmesa, "osmesa"}};
 };
 template <>
+struct EnumNames<GeometryChoice> {
+  static constexpr std::pair<GeometryChoice, std::string_view> all[] = {{GeometryChoice::automatic, "auto"},
+                                                                        {GeometryChoice::import, "import"},
+                                                                        {GeometryChoice::sfm, "sfm"},
+                                                                        {GeometryChoice::prior, "prior"}};
+};
+template <>
 struct EnumNames<DepthOutput> {
   static constexpr std::pair<DepthOutput, std::string_view> all[] = {
       {DepthOutput::npz, "npz"}, {DepthOutput::png16, "png16"}, {DepthOutput::exr, "exr"}, {DepthOutput::none, "none"}};

@@ -40,7 +40,8 @@ using O = RunOptions;
 std::vector<Option> input_options() {
   return {
       option("video", &O::video, "FILE", "video, photo, folder of pictures, or pattern such as 'frames_%05d.png'"),
-      option("depth", &O::depth, "FILE", "depth of every frame: .npz .npy .png .exr .pfm, a folder or a pattern"),
+      option("depth", &O::depth, "FILE", "depth of every frame: .npz .npy .png .exr .pfm, a folder or pattern, or OUT/geometry of a run; unset: "
+             "estimated"),
       option("depth_scale", &O::depth_scale, "X", "stored value times X is depth; unset: 1, or 0.001 for 16-bit PNG"),
       option("depth_key", &O::depth_key, "NAME", "member of the .npz to read; unset: the first of the usual names"),
       option("disparity", &O::disparity, "FILE", "stereo disparity in full-size pixels, instead of --depth"),
@@ -64,6 +65,22 @@ std::vector<Option> input_options() {
   };
 }
 
+std::vector<Option> geometry_options() {
+  return {
+      option("geometry", &O::geometry, "NAME",
+             "where depth comes from: auto, import (--depth), sfm (measured from the camera's motion) or prior (layers "
+             "on a ground plane, an assumption)"),
+      option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
+      option("min_parallax_px", &O::min_parallax_px, "PX",
+             "sfm: shift that turning cannot explain from which on the camera counts as moving"),
+      option("mvs_neighbours", &O::mvs_neighbours, "N", "sfm: other frames each frame's depth is matched in"),
+      option("mvs_planes", &O::mvs_planes, "N", "sfm: depth hypotheses; more is finer and slower"),
+      option("mvs_scale", &O::mvs_scale, "X", "sfm: matching resolution relative to the working size"),
+      option("mvs_key_stride", &O::mvs_key_stride, "N",
+             "sfm: match every N-th frame and carry depth over to the others; 0 = by the camera's motion"),
+  };
+}
+
 std::vector<Option> size_options() {
   return {
       option("size", &O::size, "WxH", "exact working size; unset: the model's token budget at the clip's aspect ratio"),
@@ -84,6 +101,7 @@ std::vector<Option> path_options() {
 
 std::vector<Option> render_options() {
   return {
+      option("layers", &O::layers, "", "show the estimated background where the foreground has moved out of the way"),
       option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
       option("gl", &O::gl, "NAME", "which headless GL: auto, egl or osmesa"),
       option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
@@ -140,8 +158,8 @@ std::vector<Option> evaluation_options() {
   };
 }
 
-/// Options that decide another stage's bytes than the conditioning's, where everything else acts.
-OptionScope scope_of(std::string_view name) {
+/// What an option decides, where that differs from the rest of its group.
+OptionScope scope_of(std::string_view name, OptionScope of_group) {
   using enum OptionScope;
   static constexpr std::pair<std::string_view, OptionScope> others[] = {{"out", nothing},
                                                                         {"threads", nothing},
@@ -153,20 +171,24 @@ OptionScope scope_of(std::string_view name) {
                                                                         {"eval_reference", evaluation}};
   for (const auto& [other, scope] : others)
     if (other == name) return scope;
-  return conditioning;
+  static constexpr std::string_view of_the_clip[] = {"video", "fx", "fy", "cx", "cy", "fov", "pixel_centre", "start",
+                                                     "stride", "max_frames"};
+  return std::find(std::begin(of_the_clip), std::end(of_the_clip), name) != std::end(of_the_clip) ? clip : of_group;
 }
 
 std::vector<Option> make_table() {
   std::vector<Option> table;
-  const auto append = [&](std::string_view group, std::vector<Option> options) {
+  const auto append = [&](std::string_view group, std::vector<Option> options,
+                          OptionScope scope = OptionScope::conditioning) {
     for (Option& entry : options) {
       entry.info.group = group;
-      entry.info.scope = scope_of(entry.info.name);
+      entry.info.scope = scope_of(entry.info.name, scope);
       table.push_back(std::move(entry));
     }
   };
   append("Input", input_options());
-  append("Picture size", size_options());
+  append("Geometry, where no depth is given", geometry_options(), OptionScope::geometry);
+  append("Picture size", size_options(), OptionScope::clip);
   append("Camera path", path_options());
   append("Rendering", render_options());
   append("Output", output_options());

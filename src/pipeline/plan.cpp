@@ -33,10 +33,14 @@ void read_listed_cameras(TrajectorySpec& spec, const SourceClip& source, Monitor
   motion->cameras_file.clear();
 }
 
-TrajectorySpec read_spec(const RunOptions& options, const SourceClip& source, Monitor& monitor) {
+TrajectorySpec named_spec(const RunOptions& options) {
   const std::filesystem::path path(options.traj);
   const bool is_file = std::filesystem::exists(path) || path.has_extension() || path.has_parent_path();
-  TrajectorySpec spec = is_file ? read_trajectory(path) : trajectory_from_preset(options.traj);
+  return is_file ? read_trajectory(path) : trajectory_from_preset(options.traj);
+}
+
+TrajectorySpec read_spec(const RunOptions& options, const SourceClip& source, Monitor& monitor) {
+  TrajectorySpec spec = named_spec(options);
   if (options.frames) spec.frames = *options.frames;
   if (options.elevation) spec.elevation = *options.elevation;
   if (options.radius) spec.radius = *options.radius;
@@ -85,10 +89,12 @@ Camera Plan::in_source_world(const Camera& target) const {
   return {target.intrinsics, context.world.world_from_cam(target.world_from_cam), target.size};
 }
 
-Plan make_plan(const RunOptions& options, Monitor& monitor) {
+void check_trajectory(const RunOptions& options) { named_spec(options); }
+
+Plan make_plan(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor) {
   Plan plan;
   plan.options = options;
-  plan.source = std::make_unique<SourceClip>(options, monitor);
+  plan.source = std::make_unique<SourceClip>(options, geometry, monitor);
   SourceClip& source = *plan.source;
   plan.trajectory = read_spec(options, source, monitor);
   const auto first = source.read(0);

@@ -31,8 +31,12 @@ struct Plan {
   Camera in_source_world(const Camera& target) const;
 };
 
-/// Throws Error for everything that is wrong with the inputs. `options` have been checked.
-Plan make_plan(const RunOptions& options, Monitor& monitor);
+/// `geometry` is the folder with estimated depth and cameras, where the options name none. Throws Error for everything
+/// that is wrong with the inputs. `options` have been checked.
+Plan make_plan(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
+
+/// Throws Error when the trajectory the options name is none, before anything that takes long is begun.
+void check_trajectory(const RunOptions& options);
 
 /// Names of every input file or folder of the options; empty ones are left out.
 std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& options);

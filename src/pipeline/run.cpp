@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "pipeline/fingerprint.h"
+#include "pipeline/geometry_stage.h"
 #include "pipeline/recording_monitor.h"
 #include "pipeline/resources.h"
 #include "pipeline/stage.h"
@@ -65,11 +66,17 @@ ordered_json identities(const RunOptions& options) {
   return all;
 }
 
-/// The key of a stage: everything that decides its bytes, and the key of the conditioning it builds on. Where a file
-/// lies does not matter.
+/// Keys of the stages that others build on; empty = that stage is not part of the run.
+struct EarlierKeys {
+  std::string geometry, conditioning;
+};
+
+/// The key of a stage: everything that decides its bytes, and the keys of what it builds on. Where a file lies does not
+/// matter.
 std::string stage_key(const Stage& stage, const Plan& plan, const Rasterizer& rasterizer, const ordered_json& inputs,
-                      const std::string& conditioning_key) {
+                      const EarlierKeys& earlier) {
   ordered_json options = to_json(plan.options, stage.scope);
+  options.update(to_json(plan.options, OptionScope::clip));
   ordered_json files = ordered_json::object();
   for (const auto& [name, identity] : inputs.items()) {
     options.erase(name);
@@ -84,7 +91,8 @@ std::string stage_key(const Stage& stage, const Plan& plan, const Rasterizer& ra
                             {"inputs", files},
                             {"trajectory", to_json(plan.trajectory)},
                             {"renderer", rasterizer.name()},
-                            {"conditioning", conditioning_key}};
+                            {"geometry", earlier.geometry},
+                            {"conditioning", earlier.conditioning}};
   return sha256(all.dump());
 }
 
@@ -130,7 +138,7 @@ ordered_json clip_record(const Plan& plan) {
           {"frames", plan.source->frames()},
           {"fps", clip.fps},
           {"is_photo", clip.is_photo},
-          {"source_cameras", plan.source->has_cameras() ? "given" : "none given: taken as a camera that never moves"}};
+          {"source_cameras", plan.source->has_cameras() ? "given or estimated" : "none given: taken as a camera that never moves"}};
 }
 
 ordered_json path_record(const Plan& plan) {
@@ -169,25 +177,68 @@ StageSummary resumed_stage(const std::string& name, const ordered_json& record) 
   return stage;
 }
 
-StageSummary make_stage(const Stage& stage, const std::string& key, const Workshop& shop, OutputFolder& folder) {
+/// Writes and publishes a stage; `make` fills the folder it is given and answers with the stage's facts.
+StageSummary make_stage(const std::string& name, const std::vector<std::string>& files, const std::string& key,
+                        OutputFolder& folder, const std::function<ordered_json(const PartialFolder&)>& make) {
   StageSummary summary;
-  summary.name = stage.name;
+  summary.name = name;
   const StageClock clock;
-  const PartialFolder partial = folder.begin(stage.name);
-  summary.facts = stage.make(shop, folder, partial);
+  const PartialFolder partial = folder.begin(name);
+  summary.facts = make(partial);
   summary.seconds = clock.seconds();
   summary.peak_bytes = clock.peak_bytes();
   if (summary.facts.contains("frames"))
     summary.facts["frames_per_second"] = summary.facts["frames"].get<double>() / std::max(summary.seconds, 1e-9);
-  summary.files = stage.files;
-  folder.publish(stage.name, key, partial, to_marker(summary));
+  summary.files = files;
+  folder.publish(name, key, partial, to_marker(summary));
   return summary;
+}
+
+StageSummary skipped_stage(const std::string& name, const std::string& reason) {
+  return {.name = name, .status = StageSummary::Status::skipped, .reason = reason, .facts = {}, .files = {}};
+}
+
+/// The stage as it was finished before, or made now.
+StageSummary found_or_made(const std::string& name, const std::vector<std::string>& files, const std::string& key,
+                           bool overwrite, OutputFolder& folder, Monitor& monitor,
+                           const std::function<ordered_json(const PartialFolder&)>& make) {
+  if (const auto finished = overwrite ? std::nullopt : folder.finished(name, key)) return resumed_stage(name, *finished);
+  if (folder.has_marker(name) && !overwrite)
+    monitor.warn(fmt::format("{}: holds the {} of other options or inputs; it is made anew", folder.path().string(),
+                             name));
+  return make_stage(name, files, key, folder, make);
+}
+
+/// The geometry that all else builds on, estimated where the options give none.
+struct GeometryOfRun {
+  std::optional<GeometryFolder> folder;  ///< Empty: depth files are read directly.
+  std::string key;                       ///< Empty: nothing was estimated.
+  StageSummary summary;
+};
+
+GeometryOfRun given_geometry(const RunOptions& options) {
+  const std::string flag = options.depth.empty() ? "--disparity" : "--depth";
+  return {open_geometry_folder(options.depth), "", skipped_stage(geometry_folder_name, flag + " is given")};
+}
+
+GeometryOfRun estimated_geometry(const RunOptions& options, OutputFolder& folder, Monitor& monitor) {
+  const ordered_json video = input_identity(options.video);
+  if (video.is_null()) fail(ErrorCode::file_not_found, "{}: no such file or folder", options.video);
+  GeometryOfRun geometry;
+  geometry.key = geometry_key(options, video);
+  geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite, folder,
+                                   monitor, [&](const PartialFolder& into) {
+                                     ThreadPool pool(options.threads);
+                                     return make_geometry(options, pool, monitor, into);
+                                   });
+  geometry.folder = open_geometry_folder(folder.file(geometry_folder_name));
+  return geometry;
 }
 
 /// Runs the stages one after another, each only if its result is not there yet.
 class Runner {
  public:
-  Runner(const Plan& plan, OutputFolder& folder, RecordingMonitor& monitor)
+  Runner(const Plan& plan, const GeometryOfRun& geometry, OutputFolder& folder, RecordingMonitor& monitor)
       : plan_(plan),
         folder_(folder),
         monitor_(monitor),
@@ -196,14 +247,16 @@ class Runner {
         inputs_(identities(plan.options)) {
     summary_.out = folder.path().string();
     summary_.look = plan.look;
+    summary_.stages.push_back(geometry.summary);
+    keys_.geometry = geometry.key;
   }
 
   RunSummary run(const std::vector<Stage>& stages) {
     try {
-      std::string conditioning_key;
-      for (const Stage& stage : stages) run_stage(stage, conditioning_key);
+      for (const Stage& stage : stages) run_stage(stage);
     } catch (const std::exception& stopped) {
-      if (!summary_.stages.empty()) write_record(fmt::format("stopped: {}", stopped.what()));
+      const bool something_is_there = summary_.stages.size() > 1 || !keys_.geometry.empty();
+      if (something_is_there) write_record(fmt::format("stopped: {}", stopped.what()));
       throw;
     }
     write_record("finished");
@@ -211,27 +264,18 @@ class Runner {
   }
 
  private:
-  void run_stage(const Stage& stage, std::string& conditioning_key) {
+  void run_stage(const Stage& stage) {
     if (stage.files.empty()) {
       folder_.retract(stage.name);
-      summary_.stages.push_back({.name = stage.name,
-                                 .status = StageSummary::Status::skipped,
-                                 .reason = stage.reason,
-                                 .facts = {},
-                                 .files = {}});
+      summary_.stages.push_back(skipped_stage(stage.name, stage.reason));
       return;
     }
-    const std::string key = stage_key(stage, plan_, *rasterizer_, inputs_, conditioning_key);
-    if (stage.scope == OptionScope::conditioning) conditioning_key = key;
-    const auto finished = plan_.options.overwrite ? std::nullopt : folder_.finished(stage.name, key);
-    if (finished) {
-      summary_.stages.push_back(resumed_stage(stage.name, *finished));
-      return;
-    }
-    if (folder_.has_marker(stage.name) && !plan_.options.overwrite)
-      monitor_.warn(
-          fmt::format("{}: holds the {} of other options or inputs; it is made anew", summary_.out, stage.name));
-    summary_.stages.push_back(make_stage(stage, key, {plan_, *rasterizer_, pool_, monitor_}, folder_));
+    const std::string key = stage_key(stage, plan_, *rasterizer_, inputs_, keys_);
+    if (stage.scope == OptionScope::conditioning) keys_.conditioning = key;
+    const Workshop shop{plan_, *rasterizer_, pool_, monitor_};
+    summary_.stages.push_back(
+        found_or_made(stage.name, stage.files, key, plan_.options.overwrite, folder_, monitor_,
+                      [&](const PartialFolder& into) { return stage.make(shop, folder_, into); }));
   }
 
   void write_record(const std::string& status) {
@@ -245,8 +289,17 @@ class Runner {
   ThreadPool pool_;
   std::unique_ptr<Rasterizer> rasterizer_;
   ordered_json inputs_;
+  EarlierKeys keys_;
   RunSummary summary_;
 };
+
+RunSummary run_in(OutputFolder& folder, const Plan& plan, const GeometryOfRun& geometry,
+                  const std::vector<Stage>& stages, const std::vector<std::string>& files, RecordingMonitor& monitor,
+                  const LookListener& on_look) {
+  if (on_look) on_look(plan.look);
+  folder.refuse_foreign(files, plan.options.overwrite);
+  return Runner(plan, geometry, folder, monitor).run(stages);
+}
 
 }  // namespace
 
@@ -256,19 +309,33 @@ RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& o
   const std::vector<Stage> stages = stages_of(options);
   std::vector<std::string> files = {"run.json"}, inputs;
   for (const Stage& stage : stages) files.insert(files.end(), stage.files.begin(), stage.files.end());
+  if (estimates_geometry(options)) files.emplace_back(geometry_folder_name);
   for (const auto& [name, path] : named_inputs(options)) inputs.push_back(path);
   refuse_overwriting_inputs(options.out_folder(), files, inputs);
 
-  const Plan plan = make_plan(options, monitor);
-  if (on_look) on_look(plan.look);
+  // With depth given, everything wrong with the inputs is found before the folder exists.
+  if (!estimates_geometry(options)) {
+    const GeometryOfRun geometry = given_geometry(options);
+    const Plan plan = make_plan(options, geometry.folder, monitor);
+    OutputFolder folder(options.out_folder());
+    return run_in(folder, plan, geometry, stages, files, monitor, on_look);
+  }
+  check_trajectory(options);
   OutputFolder folder(options.out_folder());
   folder.refuse_foreign(files, options.overwrite);
-  return Runner(plan, folder, monitor).run(stages);
+  const GeometryOfRun geometry = estimated_geometry(options, folder, monitor);
+  const Plan plan = make_plan(options, geometry.folder, monitor);
+  return run_in(folder, plan, geometry, stages, files, monitor, on_look);
 }
 
 SceneLook look(const RunOptions& options, Monitor& monitor) {
   options.check();
-  return make_plan(options, monitor).look;
+  if (estimates_geometry(options))
+    fail(ErrorCode::value_invalid,
+         "{}: a look needs depth: pass --depth, which may be the folder 'geometry' that a run without --depth leaves in "
+         "its --out",
+         options.video);
+  return make_plan(options, given_geometry(options).folder, monitor).look;
 }
 
 std::string RunSummary::report() const {
@@ -284,6 +351,7 @@ std::string RunSummary::report() const {
       text += fmt::format(", {} frames, {:.1f} frames/s", stage.facts["frames"].get<long>(),
                           stage.facts["frames_per_second"].get<double>());
     text += fmt::format(", peak {:.0f} MiB\n", static_cast<double>(stage.peak_bytes) / (1024.0 * 1024.0));
+    if (stage.facts.contains("brief")) text += fmt::format("  {}\n", stage.facts["brief"].get<std::string>());
     for (const auto& method : stage.facts.value("methods", ordered_json::array()))
       text += fmt::format("  {:<20} PSNR {} dB, SSIM {}, valid {:.4f}, PSNR where all are valid {} dB\n",
                           method["method"].get<std::string>(), method["psnr"].dump().substr(0, 6),

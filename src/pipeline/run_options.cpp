@@ -28,6 +28,18 @@ void check_input(const RunOptions& o) {
   require(o.max_frames >= 0, "--max-frames: found {}, wanted 0 (all) or more", o.max_frames);
 }
 
+void check_geometry(const RunOptions& o) {
+  require(o.geometry != GeometryChoice::import || !estimates_geometry(o),
+          "--geometry import needs --depth, or --disparity with --baseline");
+  require(o.geometry == GeometryChoice::automatic || o.geometry == GeometryChoice::import || estimates_geometry(o),
+          "--geometry {} estimates depth: leave --depth and --disparity out, or use --geometry import",
+          o.geometry == GeometryChoice::sfm ? "sfm" : "prior");
+  require(o.cameras.empty() || !estimates_geometry(o),
+          "--cameras needs the depth that goes with them: give --depth, or leave --cameras out to have both estimated");
+  sfm_options(o).check();
+  mvs_options(o).check();
+}
+
 void check_size_and_path(const RunOptions& o) {
   require(
       o.size == Size{} || (o.size.width > 0 && o.size.height > 0 && o.size.width <= 65535 && o.size.height <= 65535),
@@ -66,6 +78,7 @@ void check_render_and_output(const RunOptions& o) {
 
 void RunOptions::check() const {
   check_input(*this);
+  check_geometry(*this);
   check_size_and_path(*this);
   check_render_and_output(*this);
 }
@@ -98,6 +111,26 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   options.reliability.ratio = from.reliability_ratio;
   options.reliability.window = from.reliability_window;
   options.skip_unneeded = from.skip_unneeded;
+  return options;
+}
+
+Intrinsics assumed_intrinsics(Size full_size) { return Intrinsics::from_fov_x(assumed_fov_deg * degree, full_size); }
+
+bool estimates_geometry(const RunOptions& options) { return options.depth.empty() && options.disparity.empty(); }
+
+SfmOptions sfm_options(const RunOptions& from) {
+  SfmOptions options;
+  options.max_features = from.max_features;
+  options.min_parallax_px = from.min_parallax_px;
+  return options;
+}
+
+MvsOptions mvs_options(const RunOptions& from) {
+  MvsOptions options;
+  options.neighbours = from.mvs_neighbours;
+  options.planes = from.mvs_planes;
+  options.scale = from.mvs_scale;
+  options.key_stride = from.mvs_key_stride;
   return options;
 }
 

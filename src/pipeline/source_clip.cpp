@@ -2,29 +2,20 @@
 #include "pipeline/source_clip.h"
 
 #include <algorithm>
-#include <numbers>
-
-#include "uwv/io/cameras_file.h"
 
 namespace uwv::pipeline {
 namespace {
 
-constexpr double assumed_fov_deg = 60;  // of a phone's main camera held upright or a 35 mm lens: the usual guess
-
-ClipOptions clip_options(const RunOptions& options) {
-  return {.start = options.start,
-          .stride = options.stride,
-          .max_frames = options.max_frames,
-          .resize = resize_policy(options)};
-}
-
-std::unique_ptr<FrameSource> open_foreground(const RunOptions& options, Size size, long clip_frames, Monitor& monitor) {
-  if (options.foreground.empty()) return nullptr;
+std::unique_ptr<FrameSource> open_foreground(const RunOptions& options, const std::optional<GeometryFolder>& geometry,
+                                             Size size, long clip_frames, Monitor& monitor) {
+  const std::string path = options.foreground.empty() && geometry ? geometry->foreground() : options.foreground;
+  if (path.empty()) return nullptr;
   ClipOptions as_clip = clip_options(options);
+  if (options.foreground.empty()) as_clip.start = 0, as_clip.stride = 1;
   as_clip.resize = {.mode = ResizePolicy::Mode::exact, .exact = size};
-  std::unique_ptr<FrameSource> masks = open_clip(options.foreground, as_clip, monitor);
+  std::unique_ptr<FrameSource> masks = open_clip(path, as_clip, monitor);
   if (masks->frames() < clip_frames)
-    fail(ErrorCode::size_mismatch, "{}: found {} foreground masks, wanted {}, one per frame of {}", options.foreground,
+    fail(ErrorCode::size_mismatch, "{}: found {} foreground masks, wanted {}, one per frame of {}", path,
          masks->frames(), clip_frames, options.video);
   return masks;
 }
@@ -36,7 +27,29 @@ ValidityMask to_mask(const ImageRgb& picture) {
   return mask;
 }
 
+/// The options with which a geometry folder's depth is read: it holds the used frames only. Throws Error(size_mismatch)
+/// when it is of other frames.
+RunOptions with_depth_of(const GeometryFolder& folder, const RunOptions& options, long clip_frames) {
+  if (folder.start != options.start || folder.stride != options.stride || folder.frames < clip_frames)
+    fail(ErrorCode::size_mismatch,
+         "{}: holds the geometry of {} frames from {} on, every {}; wanted {} frames from {} on, every {}; use the same "
+         "--start, --stride and --max-frames, or have it estimated anew",
+         folder.path, folder.frames, folder.start, folder.stride, clip_frames, options.start, options.stride);
+  RunOptions depth_only = options;
+  depth_only.depth = folder.depth();
+  depth_only.start = 0;
+  depth_only.stride = 1;
+  return depth_only;
+}
+
 }  // namespace
+
+ClipOptions clip_options(const RunOptions& options) {
+  return {.start = options.start,
+          .stride = options.stride,
+          .max_frames = options.max_frames,
+          .resize = resize_policy(options)};
+}
 
 ResizePolicy resize_policy(const RunOptions& options) {
   ResizePolicy policy;
@@ -46,39 +59,56 @@ ResizePolicy resize_policy(const RunOptions& options) {
   return policy;
 }
 
-SourceClip::SourceClip(const RunOptions& options, Monitor& monitor)
+SourceClip::SourceClip(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor)
     : frames_(open_clip(options.video, clip_options(options), monitor)) {
-  open_cameras(options, monitor);
+  open_cameras(options, geometry, monitor);
   const Size full_size = info().source_size;
-  depth_.emplace(options, full_size, size(), intrinsics_.front().resized(size(), full_size), frames(), monitor);
-  foreground_ = open_foreground(options, size(), frames(), monitor);
+  depth_.emplace(geometry ? with_depth_of(*geometry, options, frames()) : options, full_size, size(),
+                 intrinsics_.front().resized(size(), full_size), frames(), monitor);
+  foreground_ = open_foreground(options, geometry, size(), frames(), monitor);
+  if (geometry && geometry->has_background && options.layers) open_background(*geometry, monitor);
   if (!options.normals.empty()) normals_.emplace(options, size(), frames());
 }
 
-void SourceClip::open_cameras(const RunOptions& options, Monitor& monitor) {
+void SourceClip::open_background(const GeometryFolder& geometry, Monitor& monitor) {
+  background_ = open_clip(geometry.background(),
+                          {.max_frames = 0, .resize = {.mode = ResizePolicy::Mode::exact, .exact = size()}}, monitor);
+  background_depth_ = open_depth(geometry.background_depth(), {}, monitor);
+  if (background_->frames() < frames() || background_depth_->frames() < frames())
+    fail(ErrorCode::size_mismatch, "{}: its background has {} pictures and {} depths, wanted {} of each", geometry.path,
+         background_->frames(), background_depth_->frames(), frames());
+}
+
+void SourceClip::open_cameras(const RunOptions& options, const std::optional<GeometryFolder>& geometry,
+                              Monitor& monitor) {
   const Size full_size = info().source_size;
   const std::optional<Intrinsics> by_number = intrinsics_by_number(options, full_size);
-  const Intrinsics assumed = Intrinsics::from_fov_x(assumed_fov_deg * std::numbers::pi / 180, full_size);
-  if (options.cameras.empty()) {
-    if (!by_number)
-      monitor.warn(
-          fmt::format("no intrinsics given: assuming a horizontal field of view of {} degrees; set --fov or "
-                      "--fx",
-                      assumed_fov_deg));
-    world_from_cam_ = {Rigid3{}};
-    intrinsics_ = {by_number.value_or(assumed).resized(full_size, size())};
-    return;
-  }
+  const Intrinsics assumed = assumed_intrinsics(full_size);
+  if (!options.cameras.empty())
+    take_cameras(read_cameras(options.cameras, {.size = full_size, .intrinsics = by_number.value_or(assumed)}, monitor),
+                 options.start, options.stride, by_number);
+  else if (geometry)
+    take_cameras(read_cameras(geometry->cameras(), {.size = full_size, .intrinsics = assumed}, monitor), 0, 1,
+                 by_number);
+  if (!intrinsics_.empty()) return;
+  if (!by_number)
+    monitor.warn(fmt::format(
+        "no intrinsics given: assuming a horizontal field of view of {} degrees; set --fov or --fx", assumed_fov_deg));
+  world_from_cam_ = {Rigid3{}};
+  intrinsics_ = {by_number.value_or(assumed).resized(full_size, size())};
+}
+
+void SourceClip::take_cameras(const CameraTrack& track, long first, long stride,
+                              const std::optional<Intrinsics>& by_number) {
   cameras_given_ = true;
-  const CameraTrack track =
-      read_cameras(options.cameras, {.size = full_size, .intrinsics = by_number.value_or(assumed)}, monitor);
+  const Size full_size = info().source_size;
   const long available = static_cast<long>(track.cameras.size());
-  const long last = options.start + (frames() - 1) * options.stride;
+  const long last = first + (frames() - 1) * stride;
   if (available <= last)
-    fail(ErrorCode::size_mismatch, "{}: found {} cameras, wanted at least {}: {} uses {} frames up to number {}",
-         options.cameras, available, last + 1, options.video, frames(), last);
+    fail(ErrorCode::size_mismatch, "found {} source cameras, wanted at least {}: {} uses {} frames up to number {}",
+         available, last + 1, info().path, frames(), last);
   for (long i = 0; i < frames(); ++i) {
-    const Camera& camera = track.cameras[static_cast<std::size_t>(options.start + i * options.stride)];
+    const Camera& camera = track.cameras[static_cast<std::size_t>(first + i * stride)];
     world_from_cam_.push_back(camera.world_from_cam);
     intrinsics_.push_back(by_number ? by_number->resized(full_size, size())
                                     : camera.intrinsics.resized(camera.size, size()));
@@ -105,6 +135,12 @@ std::shared_ptr<const SourceData> SourceClip::read(long index) {
     ImageRgb mask;
     if (!foreground_->read(index, mask)) return nullptr;
     data->foreground = to_mask(mask);
+  }
+  if (background_) {
+    BackgroundData& background = data->background.emplace();
+    if (!background_->read(index, background.colour) || !background_depth_->read(index, background.depth))
+      return nullptr;
+    if (background.depth.size() != size()) background.depth = resize_depth(background.depth, size());
   }
   last_ = data;
   return last_;

@@ -7,12 +7,20 @@
 #include <vector>
 
 #include "pipeline/depth_feed.h"
+#include "pipeline/geometry_folder.h"
 #include "pipeline/normal_feed.h"
+#include "uwv/io/cameras_file.h"
 #include "uwv/io/frame_source.h"
 #include "uwv/pipeline/run_options.h"
 #include "uwv/render/occlusion.h"
 
 namespace uwv::pipeline {
+
+/// The scene behind the foreground, at one moment.
+struct BackgroundData {
+  ImageRgb colour;
+  DepthMap depth;
+};
 
 /// One frame; everything has the working size.
 struct SourceData {
@@ -21,7 +29,18 @@ struct SourceData {
   DepthMap depth;
   std::optional<SlopeMap> slopes;
   std::optional<ValidityMask> foreground;
+  std::optional<BackgroundData> background;
 
+  /// The background alone, which must be there, as the renderer takes it.
+  SourceFrame background_seen_by(const Camera& camera) const {
+    return {.index = index,
+            .camera = camera,
+            .colour = &background->colour,
+            .depth = &background->depth,
+            .slopes = nullptr,
+            .valid = nullptr,
+            .foreground = nullptr};
+  }
   /// As the renderer takes it, borrowed from here.
   SourceFrame seen_by(const Camera& camera) const {
     return {.index = index,
@@ -38,12 +57,14 @@ struct SourceData {
 /// threads at once.
 class SourceClip {
  public:
-  /// Throws Error when an input is missing, damaged, or does not cover the clip's frames.
-  SourceClip(const RunOptions& options, Monitor& monitor);
+  /// `geometry` is where depth and cameras were estimated to; it stands for those the options don't name. Throws Error
+  /// when an input is missing, damaged, or does not cover the clip's frames.
+  SourceClip(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
 
   const ClipInfo& info() const { return frames_->info(); }
   Size size() const { return info().size; }
   long frames() const { return frames_->frames(); }
+  bool has_background() const { return background_ != nullptr; }
   bool has_cameras() const { return world_from_cam_.size() > 1 || cameras_given_; }
 
   /// Poses in the inputs' own world: one per frame, or one alone for a camera that never moves.
@@ -57,10 +78,13 @@ class SourceClip {
   std::shared_ptr<const SourceData> read(long index);
 
  private:
-  void open_cameras(const RunOptions& options, Monitor& monitor);
+  void open_background(const GeometryFolder& geometry, Monitor& monitor);
+  void open_cameras(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
+  void take_cameras(const CameraTrack& track, long first, long stride, const std::optional<Intrinsics>& by_number);
 
   std::unique_ptr<FrameSource> frames_;
-  std::unique_ptr<FrameSource> foreground_;
+  std::unique_ptr<FrameSource> foreground_, background_;
+  std::unique_ptr<DepthSource> background_depth_;
   std::optional<DepthFeed> depth_;
   std::optional<NormalFeed> normals_;
   std::vector<Rigid3> world_from_cam_;
@@ -68,6 +92,9 @@ class SourceClip {
   bool cameras_given_ = false;
   std::shared_ptr<const SourceData> last_;
 };
+
+/// How the options want the clip opened.
+ClipOptions clip_options(const RunOptions& options);
 
 /// The resize policy that the options ask for.
 ResizePolicy resize_policy(const RunOptions& options);

@@ -61,9 +61,9 @@ TEST_F(UwvApp, WritesWhatItPromises) {
                           Key("points_00000.ply"), Key("points_00004.ply"), Key("result.mp4")));
   const auto run = record("out");
   EXPECT_EQ(run["status"], "finished");
-  EXPECT_EQ(run["stages"].size(), 4U);
-  EXPECT_EQ(run["stages"][0]["frames"], 5);
-  EXPECT_GT(run["stages"][0]["peak_bytes"], 1000000);
+  EXPECT_EQ(run["stages"].size(), 5U);
+  EXPECT_EQ(run["stages"][1]["frames"], 5);
+  EXPECT_GT(run["stages"][1]["peak_bytes"], 1000000);
   EXPECT_EQ(run["options"]["traj"], "left");
   EXPECT_EQ(run["inputs"]["video"]["bytes"], fs::file_size(folder_.file("clip.mp4")));
   EXPECT_EQ(read_ply(folder_.file("out/points_00000.ply")).colours.size(),
@@ -137,22 +137,22 @@ TEST_F(UwvApp, SecondRunSkipsWhatIsFinished) {
   EXPECT_THAT(again.out, HasSubstr("was there already"));
   EXPECT_EQ(fs::last_write_time(folder_.file("out/colour.mp4")), made);
   EXPECT_EQ(results(folder_.file("out")), first);
-  EXPECT_EQ(status_of("out", 0), "resumed");
-  EXPECT_EQ(record("out")["stages"][0]["frames"], 5) << "a resumed stage keeps its figures";
+  EXPECT_EQ(status_of("out", 1), "resumed");
+  EXPECT_EQ(record("out")["stages"][1]["frames"], 5) << "a resumed stage keeps its figures";
 }
 
 TEST_F(UwvApp, OtherOptionsRedoWhatTheyAffect) {
   make_clip(folder_, {});
   must(run_arguments("out"));
   must(run_arguments("out", {"--complete", "inpaint"}));
-  EXPECT_EQ(status_of("out", 0), "resumed");
-  EXPECT_EQ(status_of("out", 1), "done");
-  EXPECT_EQ(status_of("out", 2), "resumed");
+  EXPECT_EQ(status_of("out", 1), "resumed");
+  EXPECT_EQ(status_of("out", 2), "done");
+  EXPECT_EQ(status_of("out", 3), "resumed");
   const Outcome other = must(run_arguments("out", {"--complete", "inpaint", "--kernel", "nearest"}));
   EXPECT_THAT(other.out, HasSubstr("made anew"));
-  for (std::size_t stage = 0; stage < 3; ++stage) EXPECT_EQ(status_of("out", stage), "done") << stage;
+  for (std::size_t stage = 1; stage < 4; ++stage) EXPECT_EQ(status_of("out", stage), "done") << stage;
   must(run_arguments("out", {"--kernel", "nearest"}));
-  EXPECT_EQ(status_of("out", 1), "skipped");
+  EXPECT_EQ(status_of("out", 2), "skipped");
   EXPECT_FALSE(fs::exists(folder_.file("out/result.mp4"))) << "no result of options that ask for none";
 }
 
@@ -161,8 +161,8 @@ TEST_F(UwvApp, ChangedInputIsNoticed) {
   must(run_arguments("out"));
   make_clip(folder_, {.frames = 4});
   must(run_arguments("out"));
-  EXPECT_EQ(status_of("out", 0), "done");
-  EXPECT_EQ(record("out")["stages"][0]["frames"], 4);
+  EXPECT_EQ(status_of("out", 1), "done");
+  EXPECT_EQ(record("out")["stages"][1]["frames"], 4);
 }
 
 TEST_F(UwvApp, DamagedResultIsMadeAgain) {
@@ -187,7 +187,7 @@ TEST_F(UwvApp, RunRecordRepeatsTheRun) {
   must({"--options", "out/run.json", "--out", "again"});
   EXPECT_EQ(results(folder_.file("again")), results(folder_.file("out")));
   must({"--options", "out/run.json", "--out", "longer", "--frames", "4"});
-  EXPECT_EQ(record("longer")["stages"][0]["frames"], 4);
+  EXPECT_EQ(record("longer")["stages"][1]["frames"], 4);
   EXPECT_EQ(record("longer")["options"]["alpha"], 70);
 }
 
@@ -196,7 +196,7 @@ TEST_F(UwvApp, APhotoIsAClipOfOneFrame) {
   const DepthMap depth = clip_depth({}, 0);
   write_npy<float>(folder_.file("photo.npy"), {48, 64}, depth.pixels());
   must({"--video", "photo.png", "--depth", "photo.npy", "--fov", "60", "--no-resize", "--frames", "7"});
-  EXPECT_EQ(record("photo_uwv")["stages"][0]["frames"], 7);
+  EXPECT_EQ(record("photo_uwv")["stages"][1]["frames"], 7);
   EXPECT_EQ(record("photo_uwv")["clip"]["is_photo"], true);
 }
 
@@ -248,9 +248,9 @@ TEST_F(UwvApp, EvaluationComparesWithARealPicture) {
     "world_from_cam": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]})");
   must({"--video", "clip.mp4", "--depth", "depth.npz", "--fx", "64", "--no-resize", "--frames", "2", "--out", "out",
         "--eval-reference", "same.png", "--eval-cameras", "camera.json"});
-  const auto methods = record("out")["stages"][3]["methods"];
+  const auto methods = record("out")["stages"][4]["methods"];
   ASSERT_EQ(methods.size(), 4U);
-  EXPECT_THAT(record("out")["stages"][0]["reliability"].get<std::string>(), ::testing::StartsWith("off: 0 %"));
+  EXPECT_THAT(record("out")["stages"][1]["reliability"].get<std::string>(), ::testing::StartsWith("off: 0 %"));
   for (const auto& method : methods) {
     const bool equal = method["psnr"].is_null();  // infinite
     EXPECT_TRUE(equal || method["psnr"] > 60.0) << method.dump() << ": it is the source's own camera";

@@ -76,7 +76,7 @@ TEST(OptionTable, EveryOptionIsDescribedOnceAndBelongsToAStage) {
     EXPECT_EQ(info.flag().find('_'), std::string::npos) << info.flag();
   }
   using enum OptionScope;
-  for (const OptionScope scope : {nothing, conditioning, completion, presentation, evaluation})
+  for (const OptionScope scope : {nothing, clip, geometry, conditioning, completion, presentation, evaluation})
     in_scopes += to_json(RunOptions{}, scope).size();
   EXPECT_EQ(in_scopes, names.size());
 }

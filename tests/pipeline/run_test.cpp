@@ -67,11 +67,13 @@ class RunTest : public ::testing::Test {
 TEST_F(RunTest, SummaryTellsWhatWasDone) {
   CountingMonitor monitor;
   const RunSummary summary = run(options_, monitor);
-  ASSERT_EQ(summary.stages.size(), 4U);
-  EXPECT_EQ(summary.stages[0].facts["frames"], 6);
-  EXPECT_EQ(summary.stages[1].status, StageSummary::Status::skipped);
-  EXPECT_EQ(summary.stages[1].reason, "--complete none");
-  for (const std::string& file : summary.stages[0].files) EXPECT_TRUE(fs::exists(fs::path(summary.out) / file)) << file;
+  ASSERT_EQ(summary.stages.size(), 5U);
+  EXPECT_EQ(summary.stages[0].status, StageSummary::Status::skipped);
+  EXPECT_EQ(summary.stages[0].reason, "--depth is given");
+  EXPECT_EQ(summary.stages[1].facts["frames"], 6);
+  EXPECT_EQ(summary.stages[2].status, StageSummary::Status::skipped);
+  EXPECT_EQ(summary.stages[2].reason, "--complete none");
+  for (const std::string& file : summary.stages[1].files) EXPECT_TRUE(fs::exists(fs::path(summary.out) / file)) << file;
   EXPECT_TRUE(monitor.warnings.empty()) << monitor.warnings.front();
   EXPECT_THAT(monitor.stages, ::testing::Contains("conditioning"));
   EXPECT_THAT(summary.report(), ::testing::HasSubstr("skipped (--complete none)"));
@@ -141,10 +143,10 @@ TEST_F(RunTest, ImportedNormalsReplaceThoseOfTheDepth) {
   write_npy<float>(folder_.file("normals.npy"), {30, 40, 3}, turned);
   options_.traj = "still";
   options_.keep_source = false;
-  const double with_depth = run(options_, monitor).stages[0].facts["valid_share"];
+  const double with_depth = run(options_, monitor).stages[1].facts["valid_share"];
   options_.normals = folder_.file("normals.npy");
   options_.alpha = 10;
-  const double with_normals = run(options_, monitor).stages[0].facts["valid_share"];
+  const double with_normals = run(options_, monitor).stages[1].facts["valid_share"];
   EXPECT_GT(with_depth, 0.3);
   EXPECT_EQ(with_normals, 0);
 }

@@ -25,13 +25,13 @@
 namespace uwv {
 
 /// What the camera did, as far as the pictures tell.
-enum class CameraMotion {
+enum class ClipMotion {
   moving,         ///< Parallax enough for cameras and depth.
   turning,        ///< Rotation only (or zoom): poses are rotations about one point, depth cannot be measured.
   still,          ///< Locked off: every pose is the identity.
   indeterminate,  ///< Too little to track, or contradictory: no poses are given. `reason` says which.
 };
-std::string_view to_string(CameraMotion motion);
+std::string_view to_string(ClipMotion motion);
 
 struct SfmOptions {
   /// The clip's intrinsics where they are known; empty = one focal length for all frames is estimated, with the centre
@@ -60,7 +60,7 @@ struct ScenePoint {
 };
 
 struct SfmResult {
-  CameraMotion motion = CameraMotion::indeterminate;
+  ClipMotion motion = ClipMotion::indeterminate;
   std::string reason;                     ///< One sentence: why this motion, in numbers.
   std::vector<Camera> cameras;            ///< One per frame unless indeterminate (then empty).
   std::vector<std::uint8_t> registered;   ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.

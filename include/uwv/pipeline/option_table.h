@@ -13,7 +13,8 @@
 namespace uwv {
 
 /// What an option decides; a finished stage is redone when an option of its own or of an earlier stage changed.
-enum class OptionScope { nothing, conditioning, completion, presentation, evaluation };
+/// `clip` holds what every stage depends on: which frames, at which size, through which lens.
+enum class OptionScope { nothing, clip, geometry, conditioning, completion, presentation, evaluation };
 
 /// One line of the table.
 struct OptionInfo {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main job: a clip with depth in, the same moments seen along another camera path out.
+// The main job: a clip in, the same moments seen along another camera path out.
 //
+//   geometry       depth and source cameras, where none are given: geometry/ (see docs/geometry.md)
 //   conditioning   decode, Algorithm 1, encode: colour.mp4, generate_mask.mp4 (white = generate), depth, masks
 //   completion     fill the holes: result.mp4
 //   presentation   contact_sheet.png, cameras_source.json, cameras_target.json, points_*.ply

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "uwv/core/camera.h"
+#include "uwv/geometry/multi_view_stereo.h"
+#include "uwv/geometry/structure_from_motion.h"
 #include "uwv/render/gl_context.h"
 #include "uwv/render/occlusion.h"
 
@@ -35,6 +37,14 @@ enum class ReliabilityChoice {
   off,
 };
 
+/// Where depth and source cameras come from.
+enum class GeometryChoice {
+  automatic,  ///< Files where they are given; else measured where the camera moved, assumed where it did not.
+  import,     ///< Files: --depth or --disparity.
+  sfm,        ///< Structure from motion and multi-view stereo; an error where the pictures do not allow it.
+  prior,      ///< Layers on a ground plane: an assumption, for photos and cameras that stood still.
+};
+
 /// How the rendered depth is stored.
 enum class DepthOutput { npz, png16, exr, none };
 
@@ -47,7 +57,8 @@ enum class Completion {
 struct RunOptions {
   // -- input ---------------------------------------------------------------------------------------------------------
   std::string video;                  ///< Video, picture (a photo), folder of pictures or pattern. Required.
-  std::string depth;                  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them.
+  std::string depth;                  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them, or the
+                                      ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
   std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
   std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
   std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
@@ -66,6 +77,15 @@ struct RunOptions {
   long stride = 1;                               ///< Every how many-th frame is used.
   long max_frames = 81;                          ///< At most so many are used; 0 = all. 81 is what the model takes.
 
+  // -- geometry, where no depth is given -------------------------------------------------------------------------------
+  GeometryChoice geometry = GeometryChoice::automatic;
+  int max_features = SfmOptions{}.max_features;
+  double min_parallax_px = SfmOptions{}.min_parallax_px;
+  int mvs_neighbours = MvsOptions{}.neighbours;
+  int mvs_planes = MvsOptions{}.planes;
+  double mvs_scale = MvsOptions{}.scale;
+  int mvs_key_stride = MvsOptions{}.key_stride;
+
   // -- picture size --------------------------------------------------------------------------------------------------
   Size size;               ///< Exact working size. {0, 0}: the token budget of the model decides.
   bool no_resize = false;  ///< Work at the clip's own size.
@@ -80,6 +100,7 @@ struct RunOptions {
   std::optional<double> radius_scale;  ///< Scales offsets of the path. Unset: the file's.
 
   // -- rendering -----------------------------------------------------------------------------------------------------
+  bool layers = true;  ///< Where the geometry has a background layer, let it show through what the first cloud leaves.
   RendererChoice renderer = RendererChoice::automatic;
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
   Kernel kernel = OcclusionOptions{}.kernel;
@@ -132,6 +153,18 @@ struct RunOptions {
 /// The part of the options the renderer sees. The reliability filter is on only where it is asked for: whether
 /// `automatic` needs it is known when the depth has been seen.
 OcclusionOptions occlusion_options(const RunOptions& options);
+
+/// The horizontal field of view, in degrees, of a lens nobody tells anything about: a phone's main camera held upright,
+/// or 35 mm film behind a 35 mm lens.
+inline constexpr double assumed_fov_deg = 60;
+Intrinsics assumed_intrinsics(Size full_size);
+
+/// True when neither depth nor disparity is given, so that it has to be estimated.
+bool estimates_geometry(const RunOptions& options);
+
+/// The parts of the options that the estimation sees; `intrinsics` stay unset.
+SfmOptions sfm_options(const RunOptions& options);
+MvsOptions mvs_options(const RunOptions& options);
 
 /// The intrinsics asked for by number (fx.. or fov), for a picture of `full_size` pixels and our pixel centres; nothing
 /// when neither was given.

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stage before all others: OUT/geometry, for clips that come without depth.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "pipeline/output_folder.h"
+#include "uwv/core/monitor.h"
+#include "uwv/core/thread_pool.h"
+#include "uwv/pipeline/run_options.h"
+
+namespace uwv::pipeline {
+
+inline constexpr const char* geometry_folder_name = "geometry";
+
+/// Everything that decides the bytes of the estimated geometry. `video` is the identity of the clip.
+std::string geometry_key(const RunOptions& options, const nlohmann::ordered_json& video);
+
+/// Reads the clip, estimates its geometry and writes the folder `geometry` into `into`. Answers with what run.json says
+/// of it.
+nlohmann::ordered_json make_geometry(const RunOptions& options, ThreadPool& pool, Monitor& monitor,
+                                     const PartialFolder& into);
+
+}  // namespace uwv::pipeline

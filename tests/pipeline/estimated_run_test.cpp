@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs over clips that come without depth: what is estimated, kept, found again and used again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "support/temp_folder.h"
+#include "uwv/eval/stock_scenes.h"
+#include "uwv/io/image_file.h"
+#include "uwv/pipeline/run.h"
+
+namespace uwv {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class WarningMonitor : public Monitor {
+ public:
+  void warn(const std::string& sentence) override { warnings.push_back(sentence); }
+  std::vector<std::string> warnings;
+};
+
+class EstimatedRun : public ::testing::Test {
+ protected:
+  /// Frames of a room past which the camera moves by `step` degrees of an orbit a frame.
+  void film(int frames, double step_deg) {
+    const StockScene room = boxes_room({.size = {240, 136}});
+    ThreadPool pool;
+    fs::create_directory(folder_.file("clip"));
+    for (int i = 0; i < frames; ++i) {
+      const Camera camera = orbit_camera(room.source, room.subject_in_world, i * step_deg * M_PI / 180);
+      write_png(folder_.file(fmt::format("clip/{:03}.png", i)), render(room.scene, camera, 0, pool, 2).colour);
+    }
+    options_.video = folder_.file("clip");
+    options_.out = folder_.file("out");
+    options_.no_resize = true;
+    options_.traj = "left";
+    options_.fov = 60;
+    options_.renderer = RendererChoice::cpu;
+  }
+
+  std::string error_of_run() {
+    try {
+      Monitor monitor;
+      run(options_, monitor);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  test::TempFolder folder_;
+  RunOptions options_;
+};
+
+TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
+  film(9, 1.5);
+  WarningMonitor monitor;
+  const RunSummary first = run(options_, monitor);
+  ASSERT_EQ(first.stages[0].name, "geometry");
+  EXPECT_EQ(first.stages[0].status, StageSummary::Status::done);
+  EXPECT_EQ(first.stages[0].facts["provider"], "sfm") << first.stages[0].facts.dump(1);
+  EXPECT_EQ(first.stages[0].facts["frames"], 9);
+  EXPECT_GT(first.stages[0].facts["multi_view_stereo"]["measured_share"], 0.3);
+  EXPECT_GT(first.stages[1].facts["valid_share"], 0.5);
+  for (const char* file : {"depth.npz", "confidence.npz", "cameras.json", "geometry.json"})
+    EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
+
+  const RunSummary again = run(options_, monitor);
+  EXPECT_EQ(again.stages[0].status, StageSummary::Status::resumed);
+  EXPECT_EQ(again.stages[1].status, StageSummary::Status::resumed);
+
+  options_.traj = "right";
+  const RunSummary other_path = run(options_, monitor);
+  EXPECT_EQ(other_path.stages[0].status, StageSummary::Status::resumed) << "the path does not change the scene";
+  EXPECT_EQ(other_path.stages[1].status, StageSummary::Status::done);
+
+  options_.mvs_planes = 48;
+  const RunSummary other_depth = run(options_, monitor);
+  EXPECT_EQ(other_depth.stages[0].status, StageSummary::Status::done);
+  EXPECT_EQ(other_depth.stages[1].status, StageSummary::Status::done) << "what builds on it is made anew";
+
+  options_.mvs_planes = RunOptions{}.mvs_planes;
+  const std::string depth = options_.out + "/geometry";
+  options_.depth = depth;
+  options_.out = folder_.file("second");
+  const RunSummary reused = run(options_, monitor);
+  EXPECT_EQ(reused.stages[0].reason, "--depth is given");
+  EXPECT_EQ(reused.stages[1].facts["frames"], 9);
+  options_.start = 1;
+  EXPECT_THAT(error_of_run(), HasSubstr("geometry of 9 frames from 0 on"));
+}
+
+TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {
+  film(5, 0);
+  WarningMonitor monitor;
+  const RunSummary summary = run(options_, monitor);
+  EXPECT_EQ(summary.stages[0].facts["provider"], "prior") << summary.stages[0].facts.dump(1);
+  EXPECT_THAT(monitor.warnings, ::testing::Contains(HasSubstr("prior")));
+  EXPECT_GT(summary.stages[1].facts["valid_share"], 0.3);
+  options_.geometry = GeometryChoice::sfm;
+  EXPECT_THAT(error_of_run(), HasSubstr("cannot be measured"));
+}
+
+TEST_F(EstimatedRun, LeavesNothingBehindWhenStopped) {
+  film(4, 1.5);
+  class StopAt : public Monitor {
+   public:
+    explicit StopAt(std::string_view stage) : stage_(stage) {}
+    bool progress(std::string_view stage, long, long) override { return stage != stage_; }
+
+   private:
+    std::string stage_;
+  };
+  for (const char* stage : {"reading", "tracking"}) {
+    StopAt monitor(stage);
+    EXPECT_THROW(run(options_, monitor), Error) << stage;
+    EXPECT_FALSE(fs::exists(options_.out)) << stage;
+  }
+}
+
+TEST_F(EstimatedRun, ChecksThePathBeforeItEstimatesAnything) {
+  film(3, 1.5);
+  options_.traj = "lefft";
+  class NeverReads : public Monitor {
+   public:
+    bool progress(std::string_view stage, long, long) override {
+      ADD_FAILURE() << stage;
+      return true;
+    }
+  } monitor;
+  EXPECT_THROW(run(options_, monitor), Error);
+}
+
+}  // namespace
+}  // namespace uwv
