@@ -12,12 +12,9 @@ DepthFeed::DepthFeed(const RunOptions& options, Size full_size, Size working_siz
       working_size_(working_size),
       single_(options.static_depth),
       is_disparity_(!options.disparity.empty()),
+      is_inverse_(options.depth_kind == DepthKind::inverse),
       fx_times_baseline_(std::abs(full_intrinsics.fx) * options.baseline),
       doffs_(options.doffs) {
-  if (path_.empty())
-    fail(ErrorCode::value_invalid,
-         "{}: no depth given: pass --depth with the depth of its frames, or --disparity with --baseline",
-         options.video);
   DepthOptions depth_options;
   depth_options.scale = options.depth_scale.value_or(is_disparity_ ? 1 : 0);
   depth_options.key = options.depth_key;
@@ -37,6 +34,7 @@ void DepthFeed::read(long index, DepthMap& depth) {
   if (!source_->read(single_ ? 0 : index, depth))
     fail(ErrorCode::file_damaged, "{}: ends before frame {}", path_, index);
   if (is_disparity_) disparity_to_depth(depth);
+  if (is_inverse_) invert(depth);
   if (depth.size() != working_size_) depth = resize_depth(depth, working_size_);
 }
 
@@ -48,6 +46,11 @@ void DepthFeed::disparity_to_depth(DepthMap& disparity) const {
     value = value > 0 && shift > 0 ? static_cast<float>(fx_times_baseline_ / shift) : 0.0F;
   }
   sanitize_depth(disparity);
+}
+
+void DepthFeed::invert(DepthMap& inverse_depth) {
+  for (float& value : inverse_depth.pixels()) value = value > 0 ? 1 / value : 0.0F;
+  sanitize_depth(inverse_depth);
 }
 
 }  // namespace uwv::pipeline

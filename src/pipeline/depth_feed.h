@@ -23,12 +23,13 @@ class DepthFeed {
 
  private:
   void disparity_to_depth(DepthMap& disparity) const;
+  static void invert(DepthMap& inverse_depth);
 
   std::unique_ptr<DepthSource> source_;
   std::string path_;
   Size full_size_, working_size_;
   bool single_ = false;
-  bool is_disparity_ = false;
+  bool is_disparity_ = false, is_inverse_ = false;
   double fx_times_baseline_ = 0, doffs_ = 0;
 };
 

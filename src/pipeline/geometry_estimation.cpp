@@ -55,7 +55,7 @@ EstimatedGeometry measured(const RunOptions& options, std::span<const ImageRgb> 
 }  // namespace
 
 EstimatedGeometry estimate_geometry(const RunOptions& options, std::span<const ImageRgb> frames,
-                                    const std::optional<Intrinsics>& known, ThreadPool& pool, Monitor& monitor) {
+                                    std::span<const DepthMap> /*relative*/, const std::optional<Intrinsics>& known, ThreadPool& pool, Monitor& monitor) {
   SfmOptions sfm_asked = sfm_options(options);
   sfm_asked.intrinsics = known;
   const SfmResult sfm = structure_from_motion(frames, sfm_asked, pool, monitor);

@@ -7,6 +7,7 @@
 #include "pipeline/geometry_estimation.h"
 #include "pipeline/geometry_folder.h"
 #include "pipeline/source_clip.h"
+#include "uwv/io/depth_source.h"
 #include "uwv/pipeline/environment.h"
 #include "uwv/pipeline/option_table.h"
 
@@ -28,18 +29,39 @@ std::vector<ImageRgb> read_all(FrameSource& clip, Monitor& monitor) {
   return frames;
 }
 
+/// Depth that is given without scale, one a frame; none where it is not.
+std::vector<DepthMap> read_relative(const RunOptions& options, Size size, std::size_t frames, Monitor& monitor) {
+  std::vector<DepthMap> relative;
+  if (!is_relative(options.depth_kind)) return relative;
+  const auto source = open_depth(options.depth,
+                                 {.scale = options.depth_scale.value_or(0),
+                                  .key = options.depth_key,
+                                  .start = options.start,
+                                  .stride = options.stride},
+                                 monitor);
+  for (std::size_t i = 0; i < frames; ++i) {
+    DepthMap values;
+    if (!source->read(static_cast<long>(i), values))
+      fail(ErrorCode::size_mismatch, "{}: found depth for {} frames, wanted {}, one per frame of {}; use --max-frames {}",
+           options.depth, i, frames, options.video, i);
+    relative.push_back(values.size() == size ? std::move(values) : resize_depth(values, size));
+  }
+  return relative;
+}
+
 }  // namespace
 
-std::string geometry_key(const RunOptions& options, const ordered_json& video) {
-  ordered_json clip = to_json(options, OptionScope::clip), file = video;
+std::string geometry_key(const RunOptions& options, const ordered_json& inputs) {
+  ordered_json clip = to_json(options, OptionScope::clip), files = inputs;
   clip.erase("video");
-  file.erase("path");
+  for (const char* name : {"depth_kind", "depth_scale", "depth_key"}) clip[name] = to_json(options)[name];
+  for (auto& [name, identity] : files.items()) identity.erase("path");
   const ordered_json all = {{"stage", geometry_folder_name},
                             {"versions", component_versions()},
                             {"build", build_id()},
                             {"clip", clip},
                             {"options", to_json(options, OptionScope::geometry)},
-                            {"video", file}};
+                            {"inputs", files}};
   return sha256(all.dump());
 }
 
@@ -49,7 +71,9 @@ ordered_json make_geometry(const RunOptions& options, ThreadPool& pool, Monitor&
   std::optional<Intrinsics> known = intrinsics_by_number(options, clip->info().source_size);
   if (known) known = known->resized(clip->info().source_size, clip->info().size);
 
-  const EstimatedGeometry estimated = estimate_geometry(options, frames, known, pool, monitor);
+  const std::vector<DepthMap> relative = read_relative(options, clip->info().size, frames.size(), monitor);
+
+  const EstimatedGeometry estimated = estimate_geometry(options, frames, relative, known, pool, monitor);
   const GeometryFolder folder{.path = into.file(geometry_folder_name),
                               .start = options.start,
                               .stride = options.stride,

@@ -42,6 +42,13 @@ struct EnumNames<GeometryChoice> {
                                                                         {GeometryChoice::prior, "prior"}};
 };
 template <>
+struct EnumNames<DepthKind> {
+  static constexpr std::pair<DepthKind, std::string_view> all[] = {{DepthKind::depth, "depth"},
+                                                                   {DepthKind::inverse, "inverse"},
+                                                                   {DepthKind::relative_inverse, "relative_inverse"},
+                                                                   {DepthKind::relative_depth, "relative_depth"}};
+};
+template <>
 struct EnumNames<DepthOutput> {
   static constexpr std::pair<DepthOutput, std::string_view> all[] = {
       {DepthOutput::npz, "npz"}, {DepthOutput::png16, "png16"}, {DepthOutput::exr, "exr"}, {DepthOutput::none, "none"}};

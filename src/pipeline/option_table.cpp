@@ -42,6 +42,9 @@ std::vector<Option> input_options() {
       option("video", &O::video, "FILE", "video, photo, folder of pictures, or pattern such as 'frames_%05d.png'"),
       option("depth", &O::depth, "FILE", "depth of every frame: .npz .npy .png .exr .pfm, a folder or pattern, or OUT/geometry of a run; unset: "
              "estimated"),
+      option("depth_kind", &O::depth_kind, "NAME",
+             "what its values are: depth, inverse (1/depth), or relative_inverse or relative_depth: known up to scale "
+             "and shift, and brought to the scale of estimated cameras"),
       option("depth_scale", &O::depth_scale, "X", "stored value times X is depth; unset: 1, or 0.001 for 16-bit PNG"),
       option("depth_key", &O::depth_key, "NAME", "member of the .npz to read; unset: the first of the usual names"),
       option("disparity", &O::disparity, "FILE", "stereo disparity in full-size pixels, instead of --depth"),

@@ -222,10 +222,11 @@ GeometryOfRun given_geometry(const RunOptions& options) {
 }
 
 GeometryOfRun estimated_geometry(const RunOptions& options, OutputFolder& folder, Monitor& monitor) {
-  const ordered_json video = input_identity(options.video);
-  if (video.is_null()) fail(ErrorCode::file_not_found, "{}: no such file or folder", options.video);
+  ordered_json inputs = identities(options);
+  for (const auto& [name, path] : named_inputs(options))
+    if (name != "video" && name != "depth") inputs.erase(name);
   GeometryOfRun geometry;
-  geometry.key = geometry_key(options, video);
+  geometry.key = geometry_key(options, inputs);
   geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite, folder,
                                    monitor, [&](const PartialFolder& into) {
                                      ThreadPool pool(options.threads);

@@ -29,13 +29,18 @@ void check_input(const RunOptions& o) {
 }
 
 void check_geometry(const RunOptions& o) {
-  require(o.geometry != GeometryChoice::import || !estimates_geometry(o),
+  const bool nothing_given = o.depth.empty() && o.disparity.empty();
+  require(o.geometry != GeometryChoice::import || !nothing_given,
           "--geometry import needs --depth, or --disparity with --baseline");
   require(o.geometry == GeometryChoice::automatic || o.geometry == GeometryChoice::import || estimates_geometry(o),
           "--geometry {} estimates depth: leave --depth and --disparity out, or use --geometry import",
           o.geometry == GeometryChoice::sfm ? "sfm" : "prior");
-  require(o.cameras.empty() || !estimates_geometry(o),
+  require(o.depth_kind == DepthKind::depth || !o.depth.empty(), "--depth-kind says what --depth is; give --depth");
+  require(!o.static_depth || !is_relative(o.depth_kind), "--static-depth needs depth in scene units, not a relative one");
+  require(o.cameras.empty() || !nothing_given,
           "--cameras needs the depth that goes with them: give --depth, or leave --cameras out to have both estimated");
+  require(o.cameras.empty() || !is_relative(o.depth_kind),
+          "--depth-kind: relative depth is brought to the scale of estimated cameras; leave --cameras out");
   sfm_options(o).check();
   mvs_options(o).check();
 }
@@ -116,7 +121,11 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
 
 Intrinsics assumed_intrinsics(Size full_size) { return Intrinsics::from_fov_x(assumed_fov_deg * degree, full_size); }
 
-bool estimates_geometry(const RunOptions& options) { return options.depth.empty() && options.disparity.empty(); }
+bool is_relative(DepthKind kind) { return kind == DepthKind::relative_inverse || kind == DepthKind::relative_depth; }
+
+bool estimates_geometry(const RunOptions& options) {
+  return is_relative(options.depth_kind) || (options.depth.empty() && options.disparity.empty());
+}
 
 SfmOptions sfm_options(const RunOptions& from) {
   SfmOptions options;

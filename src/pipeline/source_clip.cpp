@@ -37,6 +37,9 @@ RunOptions with_depth_of(const GeometryFolder& folder, const RunOptions& options
          folder.path, folder.frames, folder.start, folder.stride, clip_frames, options.start, options.stride);
   RunOptions depth_only = options;
   depth_only.depth = folder.depth();
+  depth_only.depth_kind = DepthKind::depth;
+  depth_only.depth_scale.reset();
+  depth_only.depth_key.clear();
   depth_only.start = 0;
   depth_only.stride = 1;
   return depth_only;

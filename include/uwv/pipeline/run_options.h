@@ -45,6 +45,14 @@ enum class GeometryChoice {
   prior,      ///< Layers on a ground plane: an assumption, for photos and cameras that stood still.
 };
 
+/// What the values of a depth file are. Only the user knows: nothing is guessed.
+enum class DepthKind {
+  depth,             ///< Distance along the optical axis.
+  inverse,           ///< 1 / depth.
+  relative_inverse,  ///< a / depth + b with unknown a and b, per frame: video depth networks. Brought to scale.
+  relative_depth,    ///< a * depth + b with unknown a and b, per frame. Brought to scale.
+};
+
 /// How the rendered depth is stored.
 enum class DepthOutput { npz, png16, exr, none };
 
@@ -59,6 +67,8 @@ struct RunOptions {
   std::string video;                  ///< Video, picture (a photo), folder of pictures or pattern. Required.
   std::string depth;                  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them, or the
                                       ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
+  DepthKind depth_kind = DepthKind::depth;  ///< What the values of `depth` are. Relative kinds need `geometry` to come to
+                                            ///< scale: the cameras are estimated too.
   std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
   std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
   std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
@@ -159,7 +169,10 @@ OcclusionOptions occlusion_options(const RunOptions& options);
 inline constexpr double assumed_fov_deg = 60;
 Intrinsics assumed_intrinsics(Size full_size);
 
-/// True when neither depth nor disparity is given, so that it has to be estimated.
+/// True when the values are known only up to an unknown line.
+bool is_relative(DepthKind kind);
+
+/// True when neither depth nor disparity is given, so that it has to be estimated, or when it is but has no scale.
 bool estimates_geometry(const RunOptions& options);
 
 /// The parts of the options that the estimation sees; `intrinsics` stay unset.
