@@ -9,7 +9,7 @@
 namespace uwv::mvs {
 namespace {
 
-void splat(const KeyDepth& key, const View& target, RatedDepth& out) {
+void splat(const KeyDepth& key, const View& target, float tolerance, RatedDepth& out) {
   const Reprojection to_target = make_reprojection(key.view->camera, target.camera);
   const InverseDepthMap& from = key.depth->inverse_depth;
   for (int y = 0; y < from.height(); ++y) {
@@ -26,9 +26,13 @@ void splat(const KeyDepth& key, const View& target, RatedDepth& out) {
       const int iu = static_cast<int>(u);
       const int iv = static_cast<int>(v);
       const float landed = w / p.z();
-      if (landed <= out.inverse_depth(iu, iv)) continue;
+      const float present = out.inverse_depth(iu, iv);
+      const float confidence = key.depth->confidence(x, y);
+      // On the same surface the better measurement wins, on different ones the nearer.
+      const bool same = std::abs(landed - present) <= tolerance * present;
+      if (same ? confidence <= out.confidence(iu, iv) : landed <= present) continue;
       out.inverse_depth(iu, iv) = landed;
-      out.confidence(iu, iv) = key.depth->confidence(x, y);
+      out.confidence(iu, iv) = confidence;
     }
   }
 }
@@ -63,7 +67,7 @@ RatedDepth carry(const View& target, const std::vector<KeyDepth>& keys, double t
   RatedDepth moved{InverseDepthMap(size), Image<float>(size)};
   std::vector<Reprojection> to_keys;
   for (const KeyDepth& key : keys) {
-    splat(key, target, moved);
+    splat(key, target, static_cast<float>(tolerance), moved);
     to_keys.push_back(make_reprojection(target.camera, key.view->camera));
   }
   moved = close_cracks(moved, static_cast<float>(tolerance));

@@ -7,8 +7,8 @@
 namespace uwv::mvs {
 namespace {
 
-constexpr float edge_levels = 6;       // Colour difference that makes smoothness e times weaker.
-constexpr float least_weight = 0.002F; // Across the strongest edge something still connects: every pixel gets filled.
+constexpr float edge_levels = 3;       // Colour difference that makes smoothness e times weaker.
+constexpr float least_weight = 0.0005F; // Across the strongest edge something still connects: every pixel gets filled.
 constexpr int sweeps = 12;             // Per level; coarser levels have brought what is smooth.
 constexpr float relaxation = 1.7F;
 constexpr float fill_confidence = 0.4F;

@@ -10,7 +10,7 @@ namespace uwv::mvs {
 namespace {
 
 // Below this share of the largest possible margin, the choice of plane is chance.
-constexpr float least_distinctness = 0.02F;
+constexpr float least_distinctness = 0.01F;
 constexpr int agreement_of_full_trust = 4;
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace uwv {
 namespace mvs {
 namespace {
 
+constexpr float lent_confidence = 0.45F;  // Measured, but not here; more than a filling.
 constexpr double scratch_bytes = 512e6;  // Frames in work at once share this much memory for their cost volumes.
 
 /// One call's work, step by step. Frames are worked on in parallel, each by one thread, so that results do not depend
@@ -38,6 +39,7 @@ class Job {
     prepare_views();
     match();
     confirm_keys();
+    if (options_.complete) lend();
     finish(out);
     measure(summary, out);
   }
@@ -118,7 +120,7 @@ class Job {
   }
 
   /// The matched keys nearest to the views a key was compared with.
-  std::vector<MatchedView> judges_of(std::size_t k) const {
+  std::vector<std::size_t> judges_of(std::size_t k) const {
     std::vector<std::size_t> chosen;
     for (const int neighbour : neighbours_[k]) {
       std::size_t best = k;
@@ -129,23 +131,50 @@ class Job {
       }
       if (best != k && std::find(chosen.begin(), chosen.end(), best) == chosen.end()) chosen.push_back(best);
     }
-    std::vector<MatchedView> judges;
-    for (const std::size_t j : chosen) judges.push_back({&views_[keys_[j]], &matched_[j]});
-    return judges;
+    return chosen;
   }
 
   void confirm_keys() {
     rated_.resize(keys_.size());
+    judges_.resize(keys_.size());
     const int smallest = std::max(2, static_cast<int>(size_.pixels() / 4000));
     in_batches("confirming", keys_.size(), 4 * static_cast<std::size_t>(pool_.size()), [&](std::size_t k, int) {
       if (matched_[k].inverse_depth.empty()) {
         rated_[k] = {InverseDepthMap(size_), Image<float>(size_)};
         return;
       }
-      rated_[k] = confirm({&views_[keys_[k]], &matched_[k]}, judges_of(k), options_.consistency);
+      std::vector<MatchedView> judges;
+      judges_[k] = judges_of(k);
+      for (const std::size_t j : judges_[k]) judges.push_back({&views_[keys_[j]], &matched_[j]});
+      rated_[k] = confirm({&views_[keys_[k]], &matched_[k]}, judges, options_.consistency);
       remove_speckles(rated_[k], smallest, options_.consistency);
     });
     matched_ = {};
+  }
+
+  std::vector<KeyDepth> lenders_of(std::size_t k) const {
+    std::vector<std::size_t> from = judges_[k];
+    if (k > 0) from.push_back(k - 1);
+    if (k + 1 < keys_.size()) from.push_back(k + 1);
+    std::vector<KeyDepth> lenders;
+    for (const std::size_t j : from) lenders.push_back({&views_[keys_[j]], &rated_[j]});
+    return lenders;
+  }
+
+  /// What a key could not measure itself, because it lies at the border or is hidden from the other side, neighbouring
+  /// keys may have: their depth is a better start for the filling than none.
+  void lend() {
+    std::vector<RatedDepth> richer(keys_.size());
+    in_batches("lending", keys_.size(), 4 * static_cast<std::size_t>(pool_.size()), [&](std::size_t k, int) {
+      richer[k] = rated_[k];
+      const RatedDepth lent = carry(views_[keys_[k]], lenders_of(k), options_.consistency);
+      for (std::size_t i = 0; i < size_.pixels(); ++i) {
+        if (richer[k].inverse_depth.data()[i] > 0 || lent.inverse_depth.data()[i] <= 0) continue;
+        richer[k].inverse_depth.data()[i] = lent.inverse_depth.data()[i];
+        richer[k].confidence.data()[i] = lent_confidence;
+      }
+    });
+    rated_ = std::move(richer);
   }
 
   RatedDepth depth_of(std::size_t i) const {
@@ -201,6 +230,7 @@ class Job {
   std::vector<DepthRange> ranges_;            ///< Per key.
   std::vector<View> views_;                   ///< Per frame.
   std::vector<MatchedDepth> matched_;         ///< Per key; empty where there was nothing to compare with.
+  std::vector<std::vector<std::size_t>> judges_;  ///< Per key: keys whose depths its own is compared with.
   std::vector<RatedDepth> rated_;             ///< Per key.
 };
 

@@ -33,7 +33,7 @@ struct CostVolume {
 };
 
 /// Each other view is warped onto the reference over every plane parallel to the reference's picture and compared by
-/// normalised cross-correlation of small windows, which gain and offset of exposure do not change. A pixel's cost is
+/// contrast and structure in small windows, which brightness does not change and exposure hardly. A pixel's cost is
 /// the mean of the better half of the views: what hides a surface seldom does so from both sides.
 void sweep_planes(const View& reference, const std::vector<const View*>& others, DepthRange range, int planes,
                   CostVolume& volume);

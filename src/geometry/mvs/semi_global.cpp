@@ -11,7 +11,7 @@ namespace {
 
 constexpr int small_step = 6;     // P1: a slanted surface crosses planes.
 constexpr int large_jump = 60;    // P2 on an even part of the picture.
-constexpr int least_jump = 12;    // P2 on a strong edge; above P1.
+constexpr int least_jump = 16;    // P2 on a strong edge; above P1.
 constexpr float jump_edge = 8;    // Grey levels of edge that halve P2.
 constexpr int paths = 8;
 constexpr std::uint16_t infinite = 30000;  // Far above any path cost, and no overflow when a penalty is added.
@@ -138,6 +138,7 @@ float parabola_offset(int left, int middle, int right) {
 
 void choose_planes(const CostVolume& volume, const std::vector<std::uint16_t>& sums, MatchedDepth& out) {
   const int planes = volume.planes;
+  const int beside = std::max(1, planes / 24);  // Planes this close to the best are the same answer.
   const auto padded = static_cast<std::size_t>(volume.padded);
   out.inverse_depth = InverseDepthMap(volume.size);
   out.distinctness = Image<float>(volume.size);
@@ -145,8 +146,9 @@ void choose_planes(const CostVolume& volume, const std::vector<std::uint16_t>& s
     const std::uint16_t* s = sums.data() + i * padded;
     const std::uint16_t least = least_of(s, planes);
     const int best = static_cast<int>(std::find(s, s + planes, least) - s);
-    const std::uint16_t below = best >= 2 ? least_of(s, best - 1) : infinite;
-    const std::uint16_t above = best + 2 < planes ? least_of(s + best + 2, planes - best - 2) : infinite;
+    const std::uint16_t below = best > beside ? least_of(s, best - beside) : infinite;
+    const int next = best + beside + 1;
+    const std::uint16_t above = next < planes ? least_of(s + next, planes - next) : infinite;
     const int margin = std::min(below, above) - least;
     out.distinctness.data()[i] = std::clamp(static_cast<float>(margin) / (paths * large_jump), 0.0F, 1.0F);
     if (margin == 0) continue;

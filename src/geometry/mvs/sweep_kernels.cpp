@@ -10,8 +10,12 @@ namespace uwv::mvs {
 namespace {
 
 constexpr float window_pixels = window * window;
-// Grey levels squared of noise: windows with less variance correlate with nothing instead of with noise.
-constexpr float noise_variance = 4.0F;
+// Grey levels squared of noise: windows with less variance than this all look alike.
+constexpr float noise_variance = 6.0F;
+
+// Of planes on which a view does not see the pixel: between that of a match and that of a mismatch, so that it speaks
+// neither for nor against them.
+constexpr float unseen_cost = 0.4F;
 
 }  // namespace
 
@@ -90,11 +94,11 @@ UWV_SIMD_CLONES void correlate(const float* value, const float* square, const fl
       sp += product[x + k];
     }
     const float m = s * (1 / window_pixels);
-    const float var = std::max(ss * (1 / window_pixels) - m * m, 0.0F) + noise_variance;
+    const float var = std::max(ss * (1 / window_pixels) - m * m, 0.0F);
     const float cov = sp * (1 / window_pixels) - m * mean[x];
-    const float correlation = cov / std::sqrt(var * variance[x]);
-    const float c = std::min(std::max(1 - correlation, 0.0F), 1.0F);
-    cost[x] = inside[x] > 0 ? c : 1.0F;
+    const float likeness = (2 * cov + noise_variance) / (var + variance[x] + noise_variance);
+    const float c = std::min(std::max(1 - likeness, 0.0F), 1.0F);
+    cost[x] = inside[x] > 0 ? c : unseen_cost;
   }
 }
 
@@ -106,7 +110,7 @@ UWV_SIMD_CLONES void window_statistics(const float* value, const float* square, 
       ss += square[x + k];
     }
     mean[x] = s * (1 / window_pixels);
-    variance[x] = std::max(ss * (1 / window_pixels) - mean[x] * mean[x], 0.0F) + noise_variance;
+    variance[x] = std::max(ss * (1 / window_pixels) - mean[x] * mean[x], 0.0F);
   }
 }
 

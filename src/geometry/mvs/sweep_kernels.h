@@ -9,8 +9,8 @@
 
 namespace uwv::mvs {
 
-constexpr int worst_cost = 100;     ///< Of planes: uncorrelated, or seen by nobody.
-constexpr int window_radius = 2;    ///< 5x5: the smallest that tell textures apart; semi-global aggregation adds reach.
+constexpr int worst_cost = 100;   ///< Of planes on which nothing is alike.
+constexpr int window_radius = 1;  ///< 3x3: larger windows reach over edges and fatten what is in front.
 constexpr int window = 2 * window_radius + 1;
 
 /// Where the reference's pixel (x, y) at inverse depth w lands in another view, homogeneous: a*x + b*y + c + w*shift.
@@ -34,12 +34,14 @@ void sample_row(const float* padded, int stride, const std::int32_t* index, cons
 void sum_columns(const float* const* values, const float* const* reference, int count, float* value, float* square,
                  float* product);
 
-/// 1 - correlation, at most 1, from column sums (readable window_radius beyond both ends) and the reference's mean and
-/// variance; 1 where not inside.
+/// How different two windows look but for their brightness, 0 to 1: one minus the contrast and structure terms of SSIM
+/// (Wang et al., 2004). Unlike correlation it tells an even window from a textured one, and finds two even ones alike.
+/// From column sums (readable window_radius beyond both ends) and the reference's mean and variance; places that are
+/// not inside cost what speaks neither for nor against.
 void correlate(const float* value, const float* square, const float* product, const float* mean, const float* variance,
                const float* inside, int count, float* cost);
 
-/// Mean and variance of windows from column sums, with the variance of noise added.
+/// Mean and variance of windows from column sums.
 void window_statistics(const float* value, const float* square, int count, float* mean, float* variance);
 
 /// Sorts a row of costs into the `kept` smallest so far, level by level; `cost` is used up.
