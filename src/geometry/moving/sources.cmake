@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+target_sources(uwv_geometry PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/dense_flow.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/motion_evidence.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/moving_pixels.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/regions.cpp
+)

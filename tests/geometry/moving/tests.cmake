@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+uwv_add_test(geometry_moving
+  SOURCES
+    moving/moving_pixels_test.cpp
+  LIBS uwv::geometry uwv::eval)
