@@ -17,14 +17,17 @@ Size shrunk_size(Size size, int height) {
   return {std::max(1, static_cast<int>(std::lround(size.width * scale))), height};
 }
 
-cv::Mat shrunk_grey(const ImageRgb& picture, Size size) {
+cv::Mat shrunk_colour(const ImageRgb& picture, Size size) {
   const cv::Mat rgb(picture.height(), picture.width(), CV_8UC3, const_cast<Rgb8*>(picture.data()));
-  cv::Mat grey;
-  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
-  if (size == picture.size()) return grey;
   cv::Mat small;
-  cv::resize(grey, small, cv::Size(size.width, size.height), 0, 0, cv::INTER_AREA);
+  cv::resize(rgb, small, cv::Size(size.width, size.height), 0, 0, cv::INTER_AREA);
   return small;
+}
+
+cv::Mat shrunk_grey(const ImageRgb& picture, Size size) {
+  cv::Mat grey;
+  cv::cvtColor(shrunk_colour(picture, size), grey, cv::COLOR_RGB2GRAY);
+  return grey;
 }
 
 cv::Mat dense_flow(const cv::Mat& from, const cv::Mat& to) {

@@ -27,6 +27,9 @@ class SerialOpenCv {
 /// The size at most `height` rows tall that keeps the shape of `size`; at least 1 x 1.
 Size shrunk_size(Size size, int height);
 
+/// The picture in the given size, CV_8UC3.
+cv::Mat shrunk_colour(const ImageRgb& picture, Size size);
+
 /// Grey, 8 bits, of the given size.
 cv::Mat shrunk_grey(const ImageRgb& picture, Size size);
 

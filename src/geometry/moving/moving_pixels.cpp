@@ -298,6 +298,7 @@ MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<cons
       monitor.step("moving objects", static_cast<long>(i), static_cast<long>(frames.size()));
       cv::Mat regions = moving::hysteresis(search.score(static_cast<int>(i)), 1.0, options.grow);
       result.regions += moving::tidy_regions(regions, options.smallest * pixels, 4 * options.smallest * pixels);
+      moving::grow_to_outlines(regions, moving::shrunk_colour(frames[i], search.size()));
       ValidityMask& mask = result.static_pixels[i];
       mask = moving::static_from_regions(regions, size);
       if (!foreground.empty()) moving::adopt_foreground(mask, foreground[i], options.agreement);

@@ -52,6 +52,21 @@ int tidy_regions(cv::Mat& regions, double smallest, double hole) {
   return keep_pieces(regions, labels, pieces, [&](int i) { return area(i) >= smallest; });
 }
 
+void grow_to_outlines(cv::Mat& regions, const cv::Mat& picture) {
+  if (cv::countNonZero(regions) == 0) return;
+  const int side = 1 + 2 * std::max(1, regions.rows / 40);
+  const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(side, side));
+  cv::Mat around;
+  cv::dilate(regions, around, disc);
+  cv::Mat markers = cv::Mat::zeros(regions.size(), CV_32S);
+  markers.setTo(1, around == 0);
+  markers.setTo(2, regions);
+  cv::watershed(picture, markers);
+  // Watershed leaves the picture's rim unlabelled.
+  const cv::Mat grown = markers == 2;
+  regions |= grown;
+}
+
 void adopt_foreground(ValidityMask& static_pixels, const ForegroundMask& foreground, double agreement) {
   const cv::Mat wanted = cv::Mat(foreground.height(), foreground.width(), CV_8U,
                                  const_cast<std::uint8_t*>(foreground.data())) != 0;

@@ -16,6 +16,10 @@ cv::Mat hysteresis(const cv::Mat& score, double high, double low);
 /// Regions are 255 on 0. Returns how many are left.
 int tidy_regions(cv::Mat& regions, double smallest, double hole);
 
+/// Lets regions grow to the outlines seen in `picture` (8UC3, same size) if these are within a fortieth of its height:
+/// between what surely moves and what is far enough from it, the border goes where colour changes most (watershed).
+void grow_to_outlines(cv::Mat& regions, const cv::Mat& picture);
+
 /// Marks as moving the connected pieces of the foreground of which at least the share `agreement` moves already.
 void adopt_foreground(ValidityMask& static_pixels, const ForegroundMask& foreground, double agreement);
 
