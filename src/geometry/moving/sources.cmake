@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 target_sources(uwv_geometry PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/decimation.cpp
   ${CMAKE_CURRENT_LIST_DIR}/dense_flow.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion_evidence.cpp
   ${CMAKE_CURRENT_LIST_DIR}/moving_depth.cpp
