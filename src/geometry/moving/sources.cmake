@@ -7,4 +7,5 @@ target_sources(uwv_geometry PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/moving_pixels.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pieces.cpp
   ${CMAKE_CURRENT_LIST_DIR}/regions.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/scene_profile.cpp
 )

@@ -4,4 +4,5 @@ uwv_add_test(geometry_moving
     moving/decimation_test.cpp
     moving/moving_depth_test.cpp
     moving/moving_pixels_test.cpp
+    moving/scene_profile_test.cpp
   LIBS uwv::geometry uwv::eval)
