@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/moving/pieces.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
+
+#include "uwv/core/depth.h"
+
+namespace uwv::moving {
+namespace {
+
+/// A static pixel beside a piece: its place relative to the foot, and its inverse depth.
+struct GroundSample {
+  double dx, dy, inverse_depth;
+};
+
+std::vector<GroundSample> ground_samples(const Piece& piece, const cv::Mat& labels, const DepthMap& depth, int strip) {
+  const int foot_x = static_cast<int>(piece.foot.x()), foot_y = static_cast<int>(piece.foot.y());
+  const int reach = std::max(strip, piece.box.width / 4);
+  std::vector<GroundSample> samples;
+  for (int y = foot_y + 1; y <= std::min(foot_y + strip, depth.height() - 1); ++y)
+    for (int x = std::max(0, foot_x - reach); x <= std::min(foot_x + reach, depth.width() - 1); ++x)
+      if (labels.at<int>(y, x) == 0 && is_valid_depth(depth(x, y)))
+        samples.push_back({x + 0.5 - piece.foot.x(), y + 0.5 - piece.foot.y(), 1.0 / depth(x, y)});
+  return samples;
+}
+
+/// Inverse depth as an affine function of the pixel, which is what a plane is; outliers are weighted down. The first
+/// coefficient is the value at the foot. False when the samples do not look like one plane.
+bool fit_plane(const std::vector<GroundSample>& samples, Eigen::Vector3d& coefficients) {
+  if (samples.size() < 8) return false;
+  // Everything is relative to a typical value, so that the unit of depth plays no part.
+  std::vector<double> values;
+  for (const GroundSample& s : samples) values.push_back(s.inverse_depth);
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  const double typical = values[values.size() / 2];
+  constexpr double tolerance = 0.02;
+  Eigen::Vector3d fit(1, 0, 0);
+  double spread = 0;
+  for (int round = 0; round < 6; ++round) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double weights = 0;
+    spread = 0;
+    for (const GroundSample& s : samples) {
+      const Eigen::Vector3d row(1, s.dx, s.dy);
+      const double value = s.inverse_depth / typical, off = value - row.dot(fit);
+      const double weight = 1 / (1 + (off / tolerance) * (off / tolerance));
+      normal += weight * row * row.transpose();
+      right += weight * value * row;
+      weights += weight;
+      spread += std::min(std::abs(off), 1.0);
+    }
+    // A whiff of flatness decides what the samples leave open (a single row, say).
+    normal(1, 1) += 1e-6 * weights;
+    normal(2, 2) += 1e-6 * weights;
+    fit = normal.ldlt().solve(right);
+    if (!fit.allFinite()) return false;
+  }
+  if (!(fit[0] > 0) || spread / static_cast<double>(samples.size()) > 0.1) return false;
+  coefficients = fit * typical;
+  return true;
+}
+
+Eigen::Vector3d normal_towards_camera(const Eigen::Vector3d& plane, const Eigen::Vector2d& pixel, const Intrinsics& k) {
+  const double sx = plane[1] / plane[0], sy = plane[2] / plane[0];
+  return Eigen::Vector3d(-sx * k.fx, -sy * k.fy, sx * (pixel.x() - k.cx) + sy * (pixel.y() - k.cy) - 1).normalized();
+}
+
+/// The lowest place of a piece: the middle of what reaches down to within a tenth of its height.
+Eigen::Vector2d foot_of(const Piece& piece, const cv::Mat& labels) {
+  const int bottom = piece.box.y + piece.box.height - 1;
+  const int slack = std::max(0, piece.box.height / 10);
+  double sum = 0, count = 0;
+  for (int x = piece.box.x; x < piece.box.x + piece.box.width; ++x)
+    for (int y = bottom; y >= bottom - slack; --y)
+      if (labels.at<int>(y, x) == piece.label) {
+        sum += x + 0.5;
+        count += 1;
+        break;
+      }
+  return {count > 0 ? sum / count : piece.box.x + 0.5, bottom + 1.0};
+}
+
+/// The first static depth on a row from x on in direction `step`, a little away from the piece, where it may be
+/// smeared.
+float beside(const cv::Mat& labels, const DepthMap& depth, int x, int y, int step) {
+  constexpr int gap = 2;
+  for (x += gap * step; x >= 0 && x < depth.width(); x += step)
+    if (labels.at<int>(y, x) == 0 && is_valid_depth(depth(x, y))) return 1 / depth(x, y);
+  return 0;
+}
+
+void measure_behind(Piece& piece, const cv::Mat& labels, const DepthMap& depth) {
+  piece.behind.assign(static_cast<std::size_t>(piece.box.height), 0.0F);
+  std::vector<float> known;
+  for (int row = 0; row < piece.box.height; ++row) {
+    const int y = piece.box.y + row;
+    const float left = beside(labels, depth, piece.box.x, y, -1);
+    const float right = beside(labels, depth, piece.box.x + piece.box.width - 1, y, 1);
+    // The farther of the two: the nearer may be something the piece is behind of.
+    float& behind = piece.behind[static_cast<std::size_t>(row)];
+    behind = left > 0 && right > 0 ? std::min(left, right) : std::max(left, right);
+    if (behind > 0) known.push_back(behind);
+  }
+  if (known.empty()) return;
+  std::nth_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2), known.end());
+  piece.behind_median = known[known.size() / 2];
+}
+
+}  // namespace
+
+std::vector<Piece> find_pieces(const ValidityMask& static_pixels, cv::Mat& labels) {
+  const cv::Mat moves = cv::Mat(static_pixels.height(), static_pixels.width(), CV_8U,
+                                const_cast<std::uint8_t*>(static_pixels.data())) == 0;
+  cv::Mat stats, centres;
+  const int count = cv::connectedComponentsWithStats(moves, labels, stats, centres, 8, CV_32S);
+  std::vector<Piece> pieces;
+  for (int i = 1; i < count; ++i) {
+    Piece piece;
+    piece.label = i;
+    piece.box = {stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                 stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)};
+    piece.area = stats.at<int>(i, cv::CC_STAT_AREA);
+    piece.cut_sideways = piece.box.x == 0 || piece.box.x + piece.box.width == labels.cols;
+    piece.cut_upright = piece.box.y == 0 || piece.box.y + piece.box.height == labels.rows;
+    piece.foot = foot_of(piece, labels);
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+void measure_piece(Piece& piece, const cv::Mat& labels, const DepthMap& depth, const Intrinsics& k,
+                   const MovingDepthOptions& options) {
+  measure_behind(piece, labels, depth);
+  const int strip = std::max(6, static_cast<int>(std::lround(options.contact_strip * piece.box.height)));
+  Eigen::Vector3d plane;
+  if (!fit_plane(ground_samples(piece, labels, depth, strip), plane)) return;
+  const Eigen::Vector3d normal = normal_towards_camera(plane, piece.foot, k);
+  const double level = k.fy > 0 ? -normal.y() : normal.y();
+  if (!normal.allFinite() || level < std::cos(options.ground_tilt)) return;
+  piece.contact = plane[0];
+  piece.up_in_cam = normal;
+}
+
+std::vector<int> follow_pieces(const std::vector<Piece>& from, const cv::Mat& from_labels, const cv::Mat& flow,
+                               const std::vector<Piece>& to, const cv::Mat& to_labels) {
+  std::vector<std::tuple<int, int, int>> candidates;  // -count, from, to: sorting puts the largest overlap first
+  const double scale_x = static_cast<double>(flow.cols) / from_labels.cols;
+  const double scale_y = static_cast<double>(flow.rows) / from_labels.rows;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const cv::Rect& box = from[i].box;
+    const int stride = std::max(1, static_cast<int>(std::sqrt(from[i].area / 1000.0)));
+    std::vector<int> hits(to.size() + 1, 0);
+    int samples = 0;
+    for (int y = box.y; y < box.y + box.height; y += stride)
+      for (int x = box.x; x < box.x + box.width; x += stride) {
+        if (from_labels.at<int>(y, x) != from[i].label) continue;
+        ++samples;
+        const cv::Vec2f step = flow.at<cv::Vec2f>(std::min(static_cast<int>(y * scale_y), flow.rows - 1),
+                                                  std::min(static_cast<int>(x * scale_x), flow.cols - 1));
+        const int u = static_cast<int>(std::floor(x + 0.5 + static_cast<double>(step[0]) / scale_x));
+        const int v = static_cast<int>(std::floor(y + 0.5 + static_cast<double>(step[1]) / scale_y));
+        if (u >= 0 && v >= 0 && u < to_labels.cols && v < to_labels.rows)
+          ++hits[static_cast<std::size_t>(to_labels.at<int>(v, u))];
+      }
+    for (std::size_t j = 0; j < to.size(); ++j)
+      if (hits[static_cast<std::size_t>(to[j].label)] > 0.3 * samples)
+        candidates.emplace_back(-hits[static_cast<std::size_t>(to[j].label)] * stride * stride, static_cast<int>(i),
+                                static_cast<int>(j));
+  }
+  std::sort(candidates.begin(), candidates.end());
+  std::vector<int> becomes(from.size(), -1);
+  std::vector<char> taken(to.size(), 0);
+  for (const auto& [count, i, j] : candidates) {
+    if (becomes[static_cast<std::size_t>(i)] >= 0 || taken[static_cast<std::size_t>(j)] != 0) continue;
+    becomes[static_cast<std::size_t>(i)] = j;
+    taken[static_cast<std::size_t>(j)] = 1;
+  }
+  return becomes;
+}
+
+double size_ratio(const Piece& piece, const Piece& reference) {
+  if (!piece.cut_sideways && !reference.cut_sideways)
+    return static_cast<double>(piece.box.width) / reference.box.width;
+  if (!piece.cut_upright && !reference.cut_upright)
+    return static_cast<double>(piece.box.height) / reference.box.height;
+  return 1;
+}
+
+void paint_piece(const Piece& piece, const cv::Mat& labels, double at_foot, const Eigen::Vector3d& up_in_cam,
+                 float confidence, const Intrinsics& k, double relief, FrameGeometry& geometry) {
+  const double z_foot = 1 / at_foot;
+  const Eigen::Vector3d foot_ray = unproject(k, piece.foot, 1.0);
+  // The upright plane through the foot that faces the camera as far as an upright plane can.
+  const Eigen::Vector3d level = foot_ray - up_in_cam * up_in_cam.dot(foot_ray);
+  const bool upright = level.norm() > 0.1 * foot_ray.norm();
+  const Eigen::Vector3d facing = upright ? level.normalized() : foot_ray.normalized();
+  const double offset = facing.dot(foot_ray);
+
+  const cv::Rect padded(piece.box.x - 1, piece.box.y - 1, piece.box.width + 2, piece.box.height + 2);
+  cv::Mat inside = cv::Mat::zeros(padded.height, padded.width, CV_8U), depth_in;
+  for (int y = 0; y < piece.box.height; ++y)
+    for (int x = 0; x < piece.box.width; ++x)
+      if (labels.at<int>(piece.box.y + y, piece.box.x + x) == piece.label) inside.at<std::uint8_t>(y + 1, x + 1) = 255;
+  cv::distanceTransform(inside, depth_in, cv::DIST_L2, 5);
+  double half_width = 0;
+  cv::minMaxLoc(depth_in, nullptr, &half_width);
+  // Relative to the foot's depth; an object is never taken to reach more than a third of the way to the camera.
+  const double bulge = std::min(0.33, relief * half_width / std::abs(k.fx));
+
+  for (int y = 0; y < piece.box.height; ++y)
+    for (int x = 0; x < piece.box.width; ++x) {
+      if (inside.at<std::uint8_t>(y + 1, x + 1) == 0) continue;
+      const int u = piece.box.x + x, v = piece.box.y + y;
+      const double along = facing.dot(unproject(k, {u + 0.5, v + 0.5}, 1.0));
+      const double plane = along > 0 ? std::clamp(offset / along, 0.5, 2.0) : 1.0;
+      const double rim = 1 - std::min(1.0, depth_in.at<float>(y + 1, x + 1) / half_width);
+      double w = 1 / (z_foot * (plane - bulge * std::sqrt(std::max(0.0, 1 - rim * rim))));
+      const double behind = piece.behind[static_cast<std::size_t>(y)];
+      if (behind > 0) w = std::max(w, 1.01 * behind);
+      const float z = static_cast<float>(1 / w);
+      const bool valid = is_valid_depth(z);
+      geometry.depth(u, v) = valid ? z : 0.0F;
+      geometry.confidence(u, v) = valid ? confidence : 0.0F;
+    }
+}
+
+}  // namespace uwv::moving
