@@ -4,6 +4,7 @@ add_executable(uwv_bench
   uwv_bench.cpp
   bench/accuracy.cpp
   bench/depth_width.cpp
+  bench/dungeon_clip.cpp
   bench/long_paths.cpp
   bench/option_accuracy.cpp
   bench/plot.cpp
@@ -11,6 +12,7 @@ add_executable(uwv_bench
   bench/real_views.cpp
   bench/render_speed.cpp
   bench/resolution_accuracy.cpp
+  bench/save_clip.cpp
   bench/save_scene.cpp
   bench/skipped_passes.cpp
   bench/smeared_depth.cpp

@@ -50,6 +50,14 @@ class CommandLine {
     size_flags(scene);
     scene.add_option("--scene", options_.scene, "Which stock scene")->capture_default_str();
     scene.add_option("--out", options_.out, "Folder to save into")->required();
+
+    CLI::App& clip = subcommand(
+        app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall", save_clip);
+    size_flags(clip);
+    frames_flag(clip);
+    clip.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")->required();
+    clip.add_flag("--figure,!--no-figure", options_.figure, "A figure walks through the picture");
+    clip.add_option("--out", options_.out, "Folder to save into")->required();
   }
 
   std::vector<Table> run() {
@@ -83,6 +91,10 @@ class CommandLine {
 
   void runs_flag(CLI::App& sub) {
     sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
+  }
+
+  void frames_flag(CLI::App& sub) {
+    sub.add_option("--frames", options_.frames, "Frames of the clip, at most")->capture_default_str();
   }
 
   void size_flags(CLI::App& sub) {

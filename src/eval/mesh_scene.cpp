@@ -66,7 +66,10 @@ class PosedScene {
         colour = colour.cwiseProduct(texture_at(model.textures()[static_cast<std::size_t>(material.texture)],
                                                 between(model.texture_coordinates())));
     }
-    if (instance.detail) colour = colour.cwiseProduct(2 * instance.detail->at(between(model.rest())));
+    if (!instance.details.empty()) {
+      const Vector3d x_at_rest = between(model.rest());
+      for (const Texture& detail : instance.details) colour = colour.cwiseProduct(2 * detail.at(x_at_rest));
+    }
     return colour * origin.light;
   }
 

@@ -166,7 +166,7 @@ TEST(MeshScene, DetailSticksToMovingSkin) {
   MeshScene scene{{instance_of(test::bending_strip())}, Colour::Zero()};
   MeshInstance& strip = scene.instances[0];
   strip.shading = 0;
-  strip.detail = Texture::noise({0.4F, 0.4F, 0.4F}, 1.0, 3);
+  strip.details = {Texture::noise({0.4F, 0.4F, 0.4F}, 1.0, 3)};
   strip.world_from_model.translation = {0, 0, 4};
   const Camera camera = camera_with(1.2, {120, 90});
   ThreadPool pool(2);
@@ -193,7 +193,7 @@ TEST(MeshScene, DetailSticksToMovingSkin) {
 TEST(MeshScene, SameWithAnyNumberOfThreads) {
   MeshScene scene{{instance_of(test::cube())}, Colour::Zero()};
   scene.instances[0].world_from_model = {turned({1, 2, 3}, 0.8), {0.2, -0.1, 5}};
-  scene.instances[0].detail = Texture::noise({0.5F, 0.5F, 0.5F}, 0.2, 1);
+  scene.instances[0].details = {Texture::noise({0.5F, 0.5F, 0.5F}, 0.2, 1)};
   ThreadPool one(1), three(3);
   const Camera camera = camera_with(0.9, {83, 61});
   const SyntheticFrame a = render(scene, camera, 0, one, 2), b = render(scene, camera, 0, three, 2);
