@@ -3,7 +3,14 @@ find_package(CLI11 REQUIRED)
 add_executable(uwv_bench
   uwv_bench.cpp
   bench/accuracy.cpp
+  bench/child_process.cpp
+  bench/colmap.cpp
   bench/depth_width.cpp
+  bench/dungeon_clip.cpp
+  bench/geometry.cpp
+  bench/geometry_depth.cpp
+  bench/geometry_scores.cpp
+  bench/geometry_views.cpp
   bench/long_paths.cpp
   bench/option_accuracy.cpp
   bench/plot.cpp
@@ -11,9 +18,11 @@ add_executable(uwv_bench
   bench/real_views.cpp
   bench/render_speed.cpp
   bench/resolution_accuracy.cpp
+  bench/save_clip.cpp
   bench/save_scene.cpp
   bench/skipped_passes.cpp
   bench/smeared_depth.cpp
-  bench/table.cpp)
+  bench/table.cpp
+  bench/true_clip.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval uwv::io CLI11::CLI11 nlohmann_json::nlohmann_json)

@@ -50,6 +50,28 @@ class CommandLine {
     size_flags(scene);
     scene.add_option("--scene", options_.scene, "Which stock scene")->capture_default_str();
     scene.add_option("--out", options_.out, "Folder to save into")->required();
+
+    CLI::App& found = subcommand(
+        app, "geometry",
+        "Cameras and depth found from pictures, against the truth; example: uwv_bench geometry --recording hall",
+        geometry);
+    frames_flag(found);
+    found.add_option("--recording", options_.recording, "Folder of a clip with known cameras and depth")->required();
+    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views")
+        ->delimiter(',')
+        ->capture_default_str();
+    found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,..")->delimiter(',')->capture_default_str();
+    found.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
+    found.add_option("--colmap", options_.colmap_folder, "Also run COLMAP, in this folder");
+    found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")->capture_default_str();
+
+    CLI::App& clip = subcommand(
+        app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall", save_clip);
+    size_flags(clip);
+    frames_flag(clip);
+    clip.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")->required();
+    clip.add_flag("--figure,!--no-figure", options_.figure, "A figure walks through the picture");
+    clip.add_option("--out", options_.out, "Folder to save into")->required();
   }
 
   std::vector<Table> run() {
@@ -83,6 +105,10 @@ class CommandLine {
 
   void runs_flag(CLI::App& sub) {
     sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
+  }
+
+  void frames_flag(CLI::App& sub) {
+    sub.add_option("--frames", options_.frames, "Frames of the clip, at most")->capture_default_str();
   }
 
   void size_flags(CLI::App& sub) {

@@ -27,7 +27,18 @@ struct BenchOptions {
   std::vector<std::pair<long, long>> pairs;  ///< Its frames: source, target.
   bool no_resize = false;                    ///< Pictures at their own size, not at the one uwv_app would work at.
 
-  std::string out;  ///< Folder a scene is saved into.
+  // The clip from models; see dungeon_clip.h.
+  std::string models;  ///< Folder of the models.
+  int frames = 81;     ///< Of the clip to be made; of a recording, at most so many are taken.
+  bool figure = true;  ///< A figure walks through the clip.
+
+  // Cameras and depth from pictures; see geometry.h.
+  std::string recording;                   ///< Folder of a clip with known cameras and depth; see true_clip.h.
+  std::vector<std::string> tables{"cameras", "depth", "stages", "views"};  ///< Which to make.
+  std::string colmap_folder;               ///< Also run COLMAP, which works there; empty = left out.
+  double colmap_patience = 600;            ///< Seconds for each of its runs.
+
+  std::string out;  ///< Folder a scene or clip is saved into.
   void check() const;
 };
 
@@ -44,5 +55,12 @@ std::vector<Table> real_views(const BenchOptions& options);
 /// Saves a stock scene as uwv_app's input: colour.png, depth.npy (scene units) and cameras.json. The table tells how
 /// far away the scene's subject is, for trajectories that orbit it.
 std::vector<Table> save_scene(const BenchOptions& options);
+
+/// Cameras and depth found from the pictures of a clip, against its truth; novel views made with them; their time.
+std::vector<Table> geometry(const BenchOptions& options);
+
+/// Saves a clip rendered from models with all that is true about it: image/*.png and clip.mp4, depth.npz (scene units),
+/// cameras.json, and foreground/*.png, white where the figure is.
+std::vector<Table> save_clip(const BenchOptions& options);
 
 }  // namespace uwv::bench

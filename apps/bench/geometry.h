@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tables of `uwv_bench geometry` share.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "bench/benchmarks.h"
+#include "bench/geometry_scores.h"
+#include "uwv/geometry/multi_view_stereo.h"
+#include "uwv/geometry/structure_from_motion.h"
+
+namespace uwv::bench {
+
+/// Seconds of each stage, by what the work reports: what passes until a report belongs to the stage reported.
+class StageClock : public Monitor {
+ public:
+  bool progress(std::string_view stage, long done, long total) override;
+  void warn(const std::string& sentence) override { warnings_.push_back(sentence); }
+  /// In the order of their first report.
+  const std::vector<std::pair<std::string, double>>& stages() const { return stages_; }
+
+ private:
+  std::vector<std::pair<std::string, double>> stages_;
+  std::vector<std::string> warnings_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// A clip, and cameras found from its pictures alone.
+struct FoundClip {
+  const TrueClip& truth;
+  ThreadPool& pool;
+  SfmResult known_focal;
+  SfmResult own_focal;
+};
+
+/// JSON has no NaN: what cannot be judged is a dash.
+nlohmann::ordered_json geometry_figure(double value);
+
+/// Scene points as structure from motion would give them, without error: a grid in every fifth frame, seen in whichever
+/// frames show the same surface there.
+std::vector<ScenePoint> true_points(const TrueClip& clip);
+
+/// Structure from motion with and without the focal length, and COLMAP where `options.colmap`.
+Table camera_table(const FoundClip& clip, const BenchOptions& options);
+/// Where the time goes, structure from motion and stereo with default options.
+Table stage_table(const TrueClip& clip, ThreadPool& pool);
+/// One option of multi-view stereo changed at a time, with true cameras; then all defaults with found cameras.
+Table depth_table(const FoundClip& clip);
+/// Pictures of other frames, rendered from one frame and its depth: true or found, with true or found cameras.
+Table view_table(const FoundClip& clip, const BenchOptions& options);
+
+}  // namespace uwv::bench
