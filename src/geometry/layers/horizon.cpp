@@ -14,7 +14,7 @@ constexpr double degree = 3.14159265358979323846 / 180;
 constexpr std::size_t most_segments = 150;  // pairs grow with the square
 constexpr double agreement = 1.5 * degree;  // of a segment with the direction to the vanishing point
 constexpr std::size_t fewest_votes = 8;
-constexpr double least_share = 0.35;        // of the length of all oblique segments
+constexpr double least_share = 0.35;        // of the weight of all oblique segments
 
 struct Segment {
   cv::Point2d middle, direction;
@@ -47,20 +47,25 @@ bool meet(const Segment& a, const Segment& b, cv::Point2d& point) {
   return true;
 }
 
-/// Length of the segments that point at `point`, and how many of them lean left and right: lines of one leaning alone
-/// meet anywhere.
+/// What a segment's vote weighs: its direction is as certain as it is long, and texture makes short ones.
+double weight(const Segment& s) { return s.length * s.length; }
+
+/// Weight of the segments that point at `point`, the more the better they do, and how many of them lean left and right:
+/// lines of one leaning alone meet anywhere.
 double support(const std::vector<Segment>& segments, const cv::Point2d& point, std::size_t& votes) {
-  double length = 0;
+  double sum = 0;
   std::size_t left = 0, right = 0;
   for (const Segment& s : segments) {
     const cv::Point2d to = point - s.middle;
     const double distance = std::hypot(to.x, to.y);
-    if (distance < s.length || std::fabs(to.cross(s.direction)) > std::sin(agreement) * distance) continue;
-    length += s.length;
+    // A point on the segment itself is no end of it.
+    const double error = std::fabs(to.cross(s.direction)) / (std::sin(agreement) * std::max(distance, 1e-9));
+    if (distance < 0.55 * s.length || error > 1) continue;
+    sum += weight(s) * (1 - error * error);
     (s.direction.x * s.direction.y > 0 ? left : right) += 1;
   }
   votes = left > 0 && right > 0 ? left + right : 0;
-  return length;
+  return sum;
 }
 
 }  // namespace
@@ -69,7 +74,7 @@ std::optional<double> horizon_from_lines(const ImageRgb& picture) {
   if (picture.width() < 32 || picture.height() < 32) return std::nullopt;
   const std::vector<Segment> segments = oblique_segments(picture);
   double total = 0;
-  for (const Segment& s : segments) total += s.length;
+  for (const Segment& s : segments) total += weight(s);
   double best = 0;
   std::optional<double> row;
   for (std::size_t i = 0; i < segments.size(); ++i)
@@ -80,9 +85,9 @@ std::optional<double> horizon_from_lines(const ImageRgb& picture) {
       if (point.y < 0.1 * picture.height() || point.y > 0.8 * picture.height()) continue;
       if (point.x < -picture.width() || point.x > 2 * picture.width()) continue;
       std::size_t votes = 0;
-      const double length = support(segments, point, votes);
-      if (votes < fewest_votes || length < least_share * total || length <= best) continue;
-      best = length;
+      const double sum = support(segments, point, votes);
+      if (votes < fewest_votes || sum < least_share * total || sum <= best) continue;
+      best = sum;
       row = point.y;
     }
   return row;

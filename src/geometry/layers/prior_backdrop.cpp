@@ -17,7 +17,8 @@ constexpr float ground_confidence = 0.3F, backdrop_confidence = 0.2F, sky_confid
 bool sky_coloured(const cv::Vec3f& c) {
   const float brightest = std::max({c[0], c[1], c[2]}), darkest = std::min({c[0], c[1], c[2]});
   const bool blue = c[2] > 90 && c[2] >= 1.08F * c[0] && c[2] >= 0.98F * c[1];
-  const bool pale = darkest > 185 && brightest - darkest < 40;
+  // Overcast is neutral or bluish; white walls in lamp light are warm.
+  const bool pale = darkest > 185 && brightest - darkest < 40 && c[2] >= c[0] - 2;
   return blue || pale;
 }
 
@@ -42,6 +43,26 @@ void keep_top(cv::Mat& mask) {
   for (int y = 0; y < labels.rows; ++y)
     for (int x = 0; x < labels.cols; ++x)
       mask.at<std::uint8_t>(y, x) = at_top[static_cast<std::size_t>(labels.at<int>(y, x))];
+}
+
+/// Clouds' outlines leave gaps, which would stand before the sky like a fence; what the sky encloses is sky.
+void fill_gaps(cv::Mat& mask, double diameter) {
+  const int side = std::max(1, cvRound(diameter)) | 1;
+  const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
+  cv::Mat closed;
+  cv::morphologyEx(mask, closed, cv::MORPH_CLOSE, disc);
+  cv::Mat outside = closed == 0, labels;
+  const int count = cv::connectedComponents(outside, labels, 4);
+  std::vector<std::uint8_t> open(static_cast<std::size_t>(count), 0);
+  const int last = labels.rows - 1;
+  for (int x = 0; x < labels.cols; ++x) open[static_cast<std::size_t>(labels.at<int>(last, x))] = 1;
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x : {0, labels.cols - 1}) open[static_cast<std::size_t>(labels.at<int>(y, x))] = 1;
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x) {
+      const auto label = static_cast<std::size_t>(labels.at<int>(y, x));
+      mask.at<std::uint8_t>(y, x) = label == 0 || open[label] == 0;
+    }
 }
 
 /// Mean Lab colour and roughness of every row's background; rows without any have weight 0.
@@ -104,9 +125,13 @@ Image<std::uint8_t> find_sky(const ImageRgb& picture, const ForegroundMask& fore
     }
   cv::Mat mask = view(sky);
   keep_top(mask);
-  // A pale ceiling or a blue wall over the whole picture is no sky, and a speck is none either.
+  // Windows and lamps also touch the upper edge; sky covers much of it.
   const double share = static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(picture.size().pixels());
-  if (share < 0.03) sky.fill(0);
+  const double of_edge = static_cast<double>(cv::countNonZero(mask.row(0))) / picture.width();
+  if (share < 0.03 || of_edge < 0.35)
+    sky.fill(0);
+  else
+    fill_gaps(mask, 0.03 * picture.height());
   return sky;
 }
 
