@@ -12,7 +12,8 @@ namespace {
 
 constexpr double degree = 3.14159265358979323846 / 180;
 constexpr std::size_t most_segments = 150;  // pairs grow with the square
-constexpr double agreement = 1.5 * degree;  // of a segment with the direction to the vanishing point
+constexpr double agreement = 1 * degree;  // of a segment with the direction to the vanishing point, and
+constexpr double end_error = 0.5;         // pixels by which the segment's ends may be off
 constexpr std::size_t fewest_votes = 8;
 constexpr double least_share = 0.35;        // of the weight of all oblique segments
 
@@ -27,7 +28,7 @@ std::vector<Segment> oblique_segments(const ImageRgb& picture) {
   cv::cvtColor(view(picture), grey, cv::COLOR_RGB2GRAY);
   std::vector<cv::Vec4f> lines;
   cv::createLineSegmentDetector()->detect(grey, lines);
-  const double least = 0.04 * std::hypot(grey.cols, grey.rows);
+  const double least = 0.02 * std::hypot(grey.cols, grey.rows);
   std::vector<Segment> out;
   for (const cv::Vec4f& l : lines) {
     const cv::Point2d a(l[0], l[1]), b(l[2], l[3]), d = b - a;
@@ -59,7 +60,7 @@ double support(const std::vector<Segment>& segments, const cv::Point2d& point, s
     const cv::Point2d to = point - s.middle;
     const double distance = std::hypot(to.x, to.y);
     // A point on the segment itself is no end of it.
-    const double error = std::fabs(to.cross(s.direction)) / (std::sin(agreement) * std::max(distance, 1e-9));
+    const double error = std::fabs(to.cross(s.direction)) / ((std::sin(agreement) + 2 * end_error / s.length) * std::max(distance, 1e-9));
     if (distance < 0.55 * s.length || error > 1) continue;
     sum += weight(s) * (1 - error * error);
     (s.direction.x * s.direction.y > 0 ? left : right) += 1;
@@ -88,7 +89,7 @@ std::optional<double> horizon_from_lines(const ImageRgb& picture) {
       const double sum = support(segments, point, votes);
       if (votes < fewest_votes || sum < least_share * total || sum <= best) continue;
       best = sum;
-      row = point.y;
+      row = point.y + 0.5;  // the detector counts from the first pixel's centre
     }
   return row;
 }
