@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 target_sources(uwv_geometry PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/colour_model.cpp
   ${CMAKE_CURRENT_LIST_DIR}/contrast_finder.cpp
   ${CMAKE_CURRENT_LIST_DIR}/foreground.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/foreground_propagation.cpp
   ${CMAKE_CURRENT_LIST_DIR}/horizon.cpp
   ${CMAKE_CURRENT_LIST_DIR}/planar_prior.cpp
   ${CMAKE_CURRENT_LIST_DIR}/prior_backdrop.cpp
