@@ -1,3 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 target_sources(uwv_geometry PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/colour_model.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/contrast_finder.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/foreground.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/foreground_propagation.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/horizon.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/planar_prior.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/prior_backdrop.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/prior_foreground.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/saliency_network.cpp
 )

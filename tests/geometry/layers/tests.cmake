@@ -1,1 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
+uwv_add_test(geometry_layers
+  SOURCES
+    layers/foreground_propagation_test.cpp
+    layers/foreground_test.cpp
+    layers/planar_prior_test.cpp
+    layers/saliency_test.cpp
+  LIBS uwv::geometry uwv::eval)
+target_compile_definitions(uwv_geometry_layers_test PRIVATE UWV_MODELS="${uwv_SOURCE_DIR}/.cache/models")
