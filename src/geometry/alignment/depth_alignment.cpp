@@ -147,7 +147,7 @@ void AlignmentOptions::check() const {
   require(share > 0 && share <= 1, "share {} is not in (0, 1]", share);
   require(min_samples >= 1, "min_samples {} is not positive", min_samples);
   require(momentum >= 0 && momentum < 1, "momentum {} is not in [0, 1)", momentum);
-  require(smooth_frames >= 0 && smooth_frames <= 1e6, "smooth_frames {} is not in [0, 1e6]", smooth_frames);
+  require(smooth_frames >= 0 && smooth_frames <= 1000, "smooth_frames {} is not in [0, 1000]", smooth_frames);
   require(std::isfinite(inverse_floor) && inverse_floor >= 0, "inverse_floor {} is negative", inverse_floor);
 }
 

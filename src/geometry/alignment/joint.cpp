@@ -34,6 +34,10 @@ class FrameCost : public ceres::SizedCostFunction<2, 2> {
   double root_, spread_;
 };
 
+/// Share of `smooth_frames` within which lines would fade if change as such were all that had a price. Small: steady
+/// drift stays nearly free; not zero: beyond the last frame with samples lines level out instead of running away.
+constexpr double levelling = 0.2;
+
 /// The price of change from one frame to the next.
 class ChangeCost : public ceres::SizedCostFunction<2, 2, 2> {
  public:
@@ -114,6 +118,25 @@ struct Units {
   }
 };
 
+/// The price of a change that is not the one before.
+class BendCost : public ceres::SizedCostFunction<2, 2, 2, 2> {
+ public:
+  explicit BendCost(double root) : root_(root) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    for (int i = 0; i < 2; ++i) residuals[i] = root_ * (parameters[0][i] - 2 * parameters[1][i] + parameters[2][i]);
+    if (jacobians == nullptr) return true;
+    for (int block = 0; block < 3; ++block) {
+      if (jacobians[block] == nullptr) continue;
+      jacobians[block][0] = jacobians[block][3] = block == 1 ? -2 * root_ : root_;
+      jacobians[block][1] = jacobians[block][2] = 0;
+    }
+    return true;
+  }
+
+ private:
+  double root_;
+};
+
 ceres::Solver::Options banded() {
   ceres::Solver::Options options;
   // Eigen's solver, where Ceres has it, does the same on every machine.
@@ -147,8 +170,11 @@ bool solve_jointly(const std::vector<FrameFit>& fits, const AlignmentOptions& op
     if (shares[i] > 0)
       problem.AddResidualBlock(new FrameCost(units.of(fits[i].moments), shares[i]), nullptr, unknown[i].data());
     if (i > 0)
-      problem.AddResidualBlock(new ChangeCost(options.smooth_frames), nullptr, unknown[i - 1].data(),
+      problem.AddResidualBlock(new ChangeCost(levelling * options.smooth_frames), nullptr, unknown[i - 1].data(),
                                unknown[i].data());
+    if (i > 1)
+      problem.AddResidualBlock(new BendCost(options.smooth_frames * options.smooth_frames), nullptr,
+                               unknown[i - 2].data(), unknown[i - 1].data(), unknown[i].data());
   }
   ceres::Solver::Summary summary;
   ceres::Solve(banded(), &problem, &summary);

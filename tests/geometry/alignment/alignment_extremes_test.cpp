@@ -213,6 +213,20 @@ TEST(DepthAlignmentExtremes, nan_inf_zero_and_negative_are_no_samples) {
   });
 }
 
+TEST(DepthAlignmentExtremes, the_longest_smoothing_is_one_line_for_all) {
+  const DepthMap reference = ball_depth();
+  std::vector<Image<float>> relatives;
+  for (int i = 0; i < 40; ++i) relatives.push_back(relative_inverse(reference, {truth.scale * (i % 2 == 0 ? 0.9 : 1.1), 0.05}));
+  AlignmentOptions options;
+  options.smoothing = AlignmentSmoothing::joint;
+  options.smooth_frames = 1000;
+  const AlignmentSummary summary = align(clip_of(relatives, std::vector<DepthMap>(40, reference)), options);
+  for (const FrameAlignment& frame : summary.frames) {
+    EXPECT_NEAR(frame.line.scale, summary.frames[0].line.scale, 1e-3 * truth.scale);
+    EXPECT_NEAR(frame.line.scale, truth.scale, 0.03 * truth.scale);
+  }
+}
+
 TEST(DepthAlignmentExtremes, wild_values_never_give_nan) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-37, 37);
