@@ -3,6 +3,7 @@ find_package(CLI11 REQUIRED)
 add_executable(uwv_bench
   uwv_bench.cpp
   bench/accuracy.cpp
+  bench/alignment_accuracy.cpp
   bench/depth_width.cpp
   bench/long_paths.cpp
   bench/option_accuracy.cpp

@@ -213,17 +213,26 @@ TEST(DepthAlignmentExtremes, nan_inf_zero_and_negative_are_no_samples) {
   });
 }
 
-TEST(DepthAlignmentExtremes, the_longest_smoothing_is_one_line_for_all) {
-  const DepthMap reference = ball_depth();
+TEST(DepthAlignmentExtremes, the_longest_smoothing_fits_one_line_to_all_frames) {
+  const DepthMap reference = ball_depth(1, {48, 32});
+  constexpr int frames = 20;
   std::vector<Image<float>> relatives;
-  for (int i = 0; i < 40; ++i) relatives.push_back(relative_inverse(reference, {truth.scale * (i % 2 == 0 ? 0.9 : 1.1), 0.05}));
+  Image<float> all_relative(48, 32 * frames);
+  DepthMap all_reference(all_relative.size());
+  for (int i = 0; i < frames; ++i) {
+    relatives.push_back(relative_inverse(reference, {truth.scale * (i % 2 == 0 ? 0.9 : 1.1), 0.05}));
+    std::copy_n(relatives.back().data(), 48 * 32, all_relative.row(32 * i));
+    std::copy_n(reference.data(), 48 * 32, all_reference.row(32 * i));
+  }
   AlignmentOptions options;
+  options.share = 1;
+  const AlignmentLine wanted = align_one(all_relative, all_reference, options).line;
   options.smoothing = AlignmentSmoothing::joint;
   options.smooth_frames = 1000;
-  const AlignmentSummary summary = align(clip_of(relatives, std::vector<DepthMap>(40, reference)), options);
+  const AlignmentSummary summary = align(clip_of(relatives, std::vector<DepthMap>(frames, reference)), options);
   for (const FrameAlignment& frame : summary.frames) {
-    EXPECT_NEAR(frame.line.scale, summary.frames[0].line.scale, 1e-3 * truth.scale);
-    EXPECT_NEAR(frame.line.scale, truth.scale, 0.03 * truth.scale);
+    EXPECT_NEAR(frame.line.scale, wanted.scale, 1e-4 * wanted.scale);
+    EXPECT_NEAR(frame.line.shift, wanted.shift, 1e-4 * wanted.shift);
   }
 }
 
