@@ -5,6 +5,7 @@ add_executable(uwv_bench
   bench/accuracy.cpp
   bench/child_process.cpp
   bench/colmap.cpp
+  bench/alignment_accuracy.cpp
   bench/depth_width.cpp
   bench/dungeon_clip.cpp
   bench/geometry.cpp

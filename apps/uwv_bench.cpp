@@ -44,6 +44,13 @@ class CommandLine {
     real.add_option("--pairs", pairs_, "Frames of --rgbd as SOURCE:TARGET,..")->delimiter(',')->capture_default_str();
     real.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
 
+    CLI::App& alignment = subcommand(
+        app, "alignment", "Aligning relative depth: losses, samples, smoothing; example: uwv_bench alignment --runs 3",
+        alignment_accuracy);
+    runs_flag(alignment);
+    size_flags(alignment);
+    alignment.add_option("--scene", options_.scene, "Stock scene whose depth is aligned")->capture_default_str();
+
     CLI::App& scene = subcommand(
         app, "scene",
         "Saves a stock scene as input for uwv_app; example: uwv_bench scene --scene boxes_room --out room", save_scene);

@@ -52,6 +52,9 @@ std::vector<Table> render_accuracy(const BenchOptions& options);
 /// Each method and option against what a second real camera saw.
 std::vector<Table> real_views(const BenchOptions& options);
 
+/// Aligning relative to reference depth: losses and shares of samples, ways of smoothing.
+std::vector<Table> alignment_accuracy(const BenchOptions& options);
+
 /// Saves a stock scene as uwv_app's input: colour.png, depth.npy (scene units) and cameras.json. The table tells how
 /// far away the scene's subject is, for trajectories that orbit it.
 std::vector<Table> save_scene(const BenchOptions& options);

@@ -108,7 +108,7 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   StageClock motion_clock;
   const SfmResult found = find_cameras(clip, false, pool, motion_clock);
   add("structure from motion", motion_clock, found.seconds);
-  if (found.motion != CameraMotion::moving) return table;
+  if (found.motion != ClipMotion::moving) return table;
   StageClock stereo_clock;
   std::vector<FrameGeometry> depths;
   const MvsSummary summary = multi_view_stereo(clip.frames, found.cameras, found.points, clip.static_pixels, {}, pool,

@@ -29,9 +29,9 @@ std::vector<Geometry> geometries(const FoundClip& clip) {
   std::vector<Geometry> all;
   all.push_back({"true depth, true cameras", clip.truth.depths, clip.truth.cameras});
   all.push_back(stereo("stereo, true cameras", clip, clip.truth.cameras, true_points(clip.truth)));
-  if (clip.known_focal.motion == CameraMotion::moving)
+  if (clip.known_focal.motion == ClipMotion::moving)
     all.push_back(stereo("stereo, known focal", clip, clip.known_focal.cameras, clip.known_focal.points));
-  if (clip.own_focal.motion == CameraMotion::moving)
+  if (clip.own_focal.motion == ClipMotion::moving)
     all.push_back(stereo("stereo, own focal", clip, clip.own_focal.cameras, clip.own_focal.points));
   return all;
 }
