@@ -73,6 +73,8 @@ std::vector<Option> geometry_options() {
       option("geometry", &O::geometry, "NAME",
              "where depth comes from: auto, import (--depth), sfm (measured from the camera's motion) or prior (layers "
              "on a ground plane, an assumption)"),
+      option("saliency_model", &O::saliency_model, "FILE",
+             "prior: u2netp.onnx, which finds the foreground; unset: .cache/models, else a method by contrast"),
       option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
       option("min_parallax_px", &O::min_parallax_px, "PX",
              "sfm: shift that turning cannot explain from which on the camera counts as moving"),

@@ -123,6 +123,7 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& 
                                                                          {"cameras", o.cameras},
                                                                          {"foreground", o.foreground},
                                                                          {"normals", o.normals},
+                                                                         {"saliency_model", o.saliency_model},
                                                                          {"eval_reference", o.eval_reference},
                                                                          {"eval_cameras", o.eval_cameras}})
     if (!path.empty()) inputs.emplace_back(name, path);

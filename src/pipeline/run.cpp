@@ -224,7 +224,7 @@ GeometryOfRun given_geometry(const RunOptions& options) {
 GeometryOfRun estimated_geometry(const RunOptions& options, OutputFolder& folder, Monitor& monitor) {
   ordered_json inputs = identities(options);
   for (const auto& [name, path] : named_inputs(options))
-    if (name != "video" && name != "depth") inputs.erase(name);
+    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model") inputs.erase(name);
   GeometryOfRun geometry;
   geometry.key = geometry_key(options, inputs);
   geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite, folder,

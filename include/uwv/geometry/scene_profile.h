@@ -20,7 +20,7 @@ namespace uwv {
 struct SceneProfile {
   Size size;                      ///< Of a frame.
   int frames = 0;
-  CameraMotion motion = CameraMotion::indeterminate;
+  ClipMotion motion = ClipMotion::indeterminate;
   double parallax_px = 0;         ///< Median shift over the clip that rotation cannot explain (SfmResult).
   double rms_error_px = 0;        ///< Of the reconstruction's observations (SfmResult).
   double registered_share = 0;    ///< Frames whose pose was measured, of all.

@@ -89,6 +89,8 @@ struct RunOptions {
 
   // -- geometry, where no depth is given -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
+  std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
+                               ///< it a contrast method does.
   int max_features = SfmOptions{}.max_features;
   double min_parallax_px = SfmOptions{}.min_parallax_px;
   int mvs_neighbours = MvsOptions{}.neighbours;

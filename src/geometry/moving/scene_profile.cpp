@@ -7,11 +7,11 @@
 namespace uwv {
 namespace {
 
-std::string_view phrase(CameraMotion motion) {
+std::string_view phrase(ClipMotion motion) {
   switch (motion) {
-    case CameraMotion::moving: return "moves";
-    case CameraMotion::turning: return "only turns";
-    case CameraMotion::still: return "stands still";
+    case ClipMotion::moving: return "moves";
+    case ClipMotion::turning: return "only turns";
+    case ClipMotion::still: return "stands still";
     default: return "does something that could not be told";
   }
 }
@@ -58,7 +58,7 @@ PlanDecision<GeometryProvider> choose_provider(const SceneProfile& p, const Geom
                                           "the time of multi-view stereo; depth is then an assumption", false};
   };
   if (p.frames < 2) return prior(fmt::format("{} frame(s) show no parallax", p.frames));
-  if (p.motion != CameraMotion::moving)
+  if (p.motion != ClipMotion::moving)
     return prior(fmt::format("the camera {}, so depth cannot be measured", phrase(p.motion)));
   if (p.parallax_px < o.min_parallax_px)
     return prior(fmt::format("parallax of {:.2f} px over the clip is below {:.2f} px", p.parallax_px,
@@ -88,7 +88,7 @@ PlanDecision<CloudKind> choose_cloud(const SceneProfile& p, const GeometryPlanOp
     return per_frame("assumed depth of different frames does not agree well enough to be merged");
   if (p.frames < 2) return per_frame(fmt::format("{} frame(s): there is nothing to merge", p.frames));
   if (p.cuts > 0) return per_frame(fmt::format("{} cut(s): the shots show different scenes", p.cuts));
-  if (p.motion != CameraMotion::moving)
+  if (p.motion != ClipMotion::moving)
     return per_frame(fmt::format("the camera {}: other frames see nothing new", phrase(p.motion)));
   if (p.measured_share > 0 && p.measured_share < o.min_measured_share)
     return per_frame(fmt::format("only {:.0f} % of the depths are measured, below {:.0f} %", 100 * p.measured_share,

@@ -17,7 +17,7 @@ SceneProfile rich() {
   SceneProfile p;
   p.size = {832, 480};
   p.frames = 25;
-  p.motion = CameraMotion::moving;
+  p.motion = ClipMotion::moving;
   p.parallax_px = 48;
   p.rms_error_px = 0.4;
   p.registered_share = 1;
@@ -50,9 +50,9 @@ TEST(GeometryPlanTest, EachLackOfEvidenceLeavesDepthToThePrior) {
     const char* reason;
   };
   for (const Case& c : {Case{[](SceneProfile& p) { p.frames = 1; }, "1 frame"},
-                        Case{[](SceneProfile& p) { p.motion = CameraMotion::turning; }, "only turns"},
-                        Case{[](SceneProfile& p) { p.motion = CameraMotion::still; }, "stands still"},
-                        Case{[](SceneProfile& p) { p.motion = CameraMotion::indeterminate; }, "could not be told"},
+                        Case{[](SceneProfile& p) { p.motion = ClipMotion::turning; }, "only turns"},
+                        Case{[](SceneProfile& p) { p.motion = ClipMotion::still; }, "stands still"},
+                        Case{[](SceneProfile& p) { p.motion = ClipMotion::indeterminate; }, "could not be told"},
                         Case{[](SceneProfile& p) { p.parallax_px = 1.99; }, "1.99 px"},
                         Case{[](SceneProfile& p) { p.rms_error_px = 2.5; }, "2.50 px"},
                         Case{[](SceneProfile& p) { p.registered_share = 0.4; }, "40 %"},
@@ -93,7 +93,7 @@ TEST(GeometryPlanTest, CloudOfOtherProvidersFollowsTheClip) {
   network.provider = GeometryProvider::network;
   SceneProfile p = rich();
   EXPECT_EQ(plan(p, network).cloud.choice, CloudKind::merged);
-  p.motion = CameraMotion::turning;
+  p.motion = ClipMotion::turning;
   EXPECT_EQ(plan(p, network).cloud.choice, CloudKind::per_frame);
   p = rich();
   p.moving_share = 0.7;
