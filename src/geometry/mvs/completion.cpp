@@ -118,8 +118,7 @@ void complete(const View& view, RatedDepth& depth) {
   if (most <= 0) return;
   solve(level);
   for (std::size_t i = 0; i < size.pixels(); ++i) {
-    const bool usable = view.usable.empty() || view.usable.data()[i] != 0;
-    if (level.known.data()[i] != 0 || !usable) continue;
+    if (level.known.data()[i] != 0) continue;
     // Over-relaxation may overshoot what was measured; the smoothest filling never does.
     depth.inverse_depth.data()[i] = std::clamp(level.value.data()[i], least, most);
     depth.confidence.data()[i] = fill_confidence;

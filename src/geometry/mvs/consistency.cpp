@@ -12,6 +12,8 @@ namespace {
 // Below this share of the largest possible margin, the choice of plane is chance.
 constexpr float least_distinctness = 0.01F;
 constexpr int agreement_of_full_trust = 4;
+// Above this cost nothing looks alike even at the best depth; one other view may then agree by chance, two hardly.
+constexpr float doubtful_cost = 0.3F;
 
 }  // namespace
 
@@ -37,7 +39,8 @@ RatedDepth confirm(const MatchedView& reference, const std::vector<MatchedView>&
         sum += agreed;
         ++agree;
       }
-      if (agree == 0) continue;
+      const bool looks_alike = reference.depth->cost(x, y) <= doubtful_cost;
+      if (agree < (looks_alike ? 1 : 2)) continue;
       out.inverse_depth(x, y) = sum / static_cast<float>(agree + 1);
       const float share = std::min(1.0F, static_cast<float>(agree) / agreement_of_full_trust);
       out.confidence(x, y) = 0.5F + 0.35F * share + 0.15F * std::min(1.0F, 4 * distinctness);

@@ -142,6 +142,7 @@ void choose_planes(const CostVolume& volume, const std::vector<std::uint16_t>& s
   const auto padded = static_cast<std::size_t>(volume.padded);
   out.inverse_depth = InverseDepthMap(volume.size);
   out.distinctness = Image<float>(volume.size);
+  out.cost = Image<float>(volume.size);
   for (std::size_t i = 0; i < volume.size.pixels(); ++i) {
     const std::uint16_t* s = sums.data() + i * padded;
     const std::uint16_t least = least_of(s, planes);
@@ -151,6 +152,7 @@ void choose_planes(const CostVolume& volume, const std::vector<std::uint16_t>& s
     const std::uint16_t above = next < planes ? least_of(s + next, planes - next) : infinite;
     const int margin = std::min(below, above) - least;
     out.distinctness.data()[i] = std::clamp(static_cast<float>(margin) / (paths * large_jump), 0.0F, 1.0F);
+    out.cost.data()[i] = static_cast<float>(volume.costs[i * padded + static_cast<std::size_t>(best)]) / worst_cost;
     if (margin == 0) continue;
     float plane = static_cast<float>(best);
     if (best > 0 && best + 1 < planes) plane += parabola_offset(s[best - 1], s[best], s[best + 1]);

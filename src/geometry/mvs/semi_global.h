@@ -9,6 +9,7 @@ namespace uwv::mvs {
 struct MatchedDepth {
   InverseDepthMap inverse_depth;  ///< Of the best plane, refined between planes; 0 where nothing told planes apart.
   Image<float> distinctness;      ///< 0..1: by how much the best plane beats the best that is not beside it.
+  Image<float> cost;              ///< 0..1: what the best plane itself costs, before aggregation.
 };
 
 /// Costs summed over eight paths through the picture, along which a step to the next plane costs little and a jump

@@ -13,9 +13,9 @@ constexpr float window_pixels = window * window;
 // Grey levels squared of noise: windows with less variance than this all look alike.
 constexpr float noise_variance = 6.0F;
 
-// Of planes on which a view does not see the pixel: between that of a match and that of a mismatch, so that it speaks
-// neither for nor against them.
-constexpr float unseen_cost = 0.4F;
+// What planes cost on which a view does not see the pixel, as a share of the usual cost of mismatches of windows as
+// textured: it shall speak neither for nor against them.
+constexpr float unseen_share = 0.5F;
 
 }  // namespace
 
@@ -98,7 +98,8 @@ UWV_SIMD_CLONES void correlate(const float* value, const float* square, const fl
     const float cov = sp * (1 / window_pixels) - m * mean[x];
     const float likeness = (2 * cov + noise_variance) / (var + variance[x] + noise_variance);
     const float c = std::min(std::max(1 - likeness, 0.0F), 1.0F);
-    cost[x] = inside[x] > 0 ? c : unseen_cost;
+    const float unseen = unseen_share * 2 * variance[x] / (2 * variance[x] + noise_variance);
+    cost[x] = inside[x] > 0 ? c : unseen;
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace uwv::mvs {
@@ -112,8 +113,9 @@ DepthRange depth_range(const SparseScene& scene, std::size_t frame) {
     // The normalised depth 1 is then a guess from the cameras' distances; look wide around it.
     return {0.05F, 4.0F};
   }
-  const double farthest = percentile(inverse, 0.02);
-  const double nearest = percentile(inverse, 0.98);
+  // A point on the camera or at infinity is no bound.
+  const double farthest = std::clamp(percentile(inverse, 0.02), 1e-6, 1e6);
+  const double nearest = std::clamp(percentile(inverse, 0.98), 1e-6, 1e6);
   const double margin = 0.15 * (nearest - farthest);
   return {static_cast<float>(std::max(0.6 * farthest, farthest / 1.1 - margin)),
           static_cast<float>(std::min(1.6 * nearest, nearest * 1.1 + margin))};
