@@ -59,7 +59,12 @@ class MovingPixelsTest : public ::testing::Test {
 };
 
 /// Degrees of orbit: with the ball, against it, slowly, not at all.
-class MovingBallTest : public MovingPixelsTest, public ::testing::WithParamInterface<double> {};
+class MovingBallTest : public MovingPixelsTest, public ::testing::WithParamInterface<double> {
+ protected:
+  /// Without depth. Measured: 0.84 to 0.89 (the outline is found to a pixel or two), but 0.60 to 0.63 against the orbit:
+  /// there the ball shifts along its epipolar lines as a static thing nearer to the camera would.
+  double least_overlap() const { return GetParam() == -8.0 ? 0.5 : 0.75; }
+};
 INSTANTIATE_TEST_SUITE_P(Orbits, MovingBallTest, ::testing::Values(-8.0, 8.0, 3.0, 0.0));
 
 TEST_P(MovingBallTest, IsFoundWithAndWithoutDepth) {
@@ -67,9 +72,7 @@ TEST_P(MovingBallTest, IsFoundWithAndWithoutDepth) {
   for (const bool with_depth : {false, true}) {
     const MovingPixels found = find(clip, with_depth);
     const Agreement got = compare(found.static_pixels, clip, 0);
-    fmt::print("    {} {}: {:.3f} {:.4f} {}\n", GetParam(), with_depth, got.overlap, got.false_share, found.brief());
-    // Measured: 0.79 to 0.86; the outline is found to two pixels of the shrunk picture.
-    EXPECT_GT(got.overlap, 0.75) << "depth " << with_depth << ": " << found.brief();
+    EXPECT_GT(got.overlap, with_depth ? 0.75 : least_overlap()) << "depth " << with_depth << ": " << found.brief();
     EXPECT_LT(got.false_share, 0.01) << "depth " << with_depth << ": " << found.brief();
   }
 }
@@ -89,8 +92,7 @@ TEST_P(MovingBallTest, IsFoundInNoisyPicturesWithInexactCameras) {
             .toRotationMatrix();
   const MovingPixels found = find(clip, false);
   const Agreement got = compare(found.static_pixels, clip, 0);
-    fmt::print("    {}: {:.3f} {:.4f}\n", GetParam(), got.overlap, got.false_share);
-  EXPECT_GT(got.overlap, 0.7) << found.brief();
+  EXPECT_GT(got.overlap, least_overlap()) << found.brief();
   EXPECT_LT(got.false_share, 0.01) << found.brief();
 }
 
@@ -113,7 +115,6 @@ TEST_P(StaticSceneTest, HasNothingMoving) {
   const OrbitingClip clip = orbiting_clip(GetParam()(small()), 5, 5, 0, pool_);
   for (const bool with_depth : {false, true}) {
     const MovingPixels found = find(clip, with_depth);
-    fmt::print("    {:.4f} {}\n", compare(found.static_pixels, clip, -2).false_share, found.brief());
     EXPECT_LT(compare(found.static_pixels, clip, -2).false_share, 0.005) << "depth " << with_depth;
     EXPECT_GT(found.judged_share, 0.7);
   }
@@ -159,8 +160,14 @@ TEST_F(MovingPixelsTest, ForegroundThatMovesIsTakenWholeAndTheRestIsNot) {
 }
 
 TEST_F(MovingPixelsTest, EverythingMovesWhenTheCamerasClaimToStandStill) {
-  OrbitingClip clip = orbiting_clip(textured_plane(small()), 5, 4, 0, pool_);
-  for (Camera& camera : clip.cameras) camera = clip.cameras[0];
+  const StockScene wall = textured_plane(small());
+  OrbitingClip clip;
+  for (int i = 0; i < 5; ++i) {
+    Camera camera = wall.source;
+    camera.world_from_cam.translation.x() += 0.05 * i;
+    clip.frames.push_back(render(wall.scene, camera, 0, pool_, 2).colour);
+    clip.cameras.push_back(wall.source);
+  }
   const MovingPixels found = find(clip, false);
   EXPECT_GT(found.moving_share, 0.7);
   EXPECT_THAT(found.notes.back(), HasSubstr("cameras may be wrong"));
