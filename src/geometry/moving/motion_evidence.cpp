@@ -11,16 +11,19 @@ namespace {
 
 /// Evidence of one pair counts at most this many times the significance, so that no single pair outvotes the others.
 constexpr double evidence_cap = 2;
+/// What a pixel counts for that looks static nowhere, but was not followed either: it lets regions grow, yet not begin.
+constexpr double perhaps_evidence = 0.9;
 /// Below this mean squared gradient (grey levels) nothing holds flow in place.
 constexpr float least_texture = 4;
 /// What the same surface differs by in grey levels between two frames of an ordinary, compressed clip.
 constexpr double grey_noise = 2;
 
-/// Whether flow means anything at a pixel: there is texture, and it comes back to where it started.
-bool judged(const FlowPair& pair, const cv::Mat& texture, int x, int y) {
+bool textured(const cv::Mat& texture, int x, int y) { return texture.at<float>(y, x) >= least_texture; }
+
+/// Whether flow comes back to where it started.
+bool consistent(const FlowPair& pair, int x, int y) {
   const cv::Vec2f step = pair.flow.at<cv::Vec2f>(y, x);
-  return texture.at<float>(y, x) >= least_texture &&
-         pair.round_trip.at<float>(y, x) < 1.0F + 0.05F * std::hypot(step[0], step[1]);
+  return pair.round_trip.at<float>(y, x) < 1.0F + 0.05F * std::hypot(step[0], step[1]);
 }
 
 InverseRange range_at(const JudgedFrame& frame, int x, int y) {
@@ -38,14 +41,16 @@ class Looks {
     cv::copyMakeBorder(to, to_, reach, reach + 1, reach, reach + 1, cv::BORDER_REPLICATE);
     size_ = {to.cols, to.rows};
   }
-  /// Mean absolute difference in grey levels over a patch; infinite when its centre leaves the picture.
-  double difference(int x, int y, double u, double v) const {
+  /// Mean absolute difference in grey levels over a patch; infinite when its centre leaves the picture. Some value above
+  /// `limit` when that is known early.
+  double difference(int x, int y, double u, double v, double limit = 256) const {
     if (!(u >= 0 && v >= 0 && u <= size_.width - 1 && v <= size_.height - 1))
       return std::numeric_limits<double>::infinity();
     const int x0 = static_cast<int>(u), y0 = static_cast<int>(v);
     const float a = static_cast<float>(u - x0), b = static_cast<float>(v - y0);
+    const float most = static_cast<float>(limit) * (side * side) + 1;
     float total = 0;
-    for (int dy = 0; dy < side; ++dy) {
+    for (int dy = 0; dy < side && total <= most; ++dy) {
       const std::uint8_t* here = from_.ptr<std::uint8_t>(y + dy) + x;
       const std::uint8_t* upper = to_.ptr<std::uint8_t>(y0 + dy) + x0;
       const std::uint8_t* lower = to_.ptr<std::uint8_t>(y0 + dy + 1) + x0;
@@ -69,28 +74,38 @@ class Looks {
   Size size_;
 };
 
-enum class Verdict { moving, is_static, unknown };
+enum class Verdict { moving, perhaps, is_static, unknown };
 
-/// Whether a place where a static point could be looks no worse than the place that flow points to. Unknown when flow
-/// points to something that looks different (the pixel is covered there), or when all static places are out of view.
-Verdict look_again(const Looks& looks, const StaticMotion& motion, int x, int y, const cv::Vec2f& step,
+/// Whether a place where a static point could be looks no worse than the place that flow points to. When flow points to
+/// something that looks different (or is not trusted), static places are judged by themselves: `perhaps` when none
+/// looks right. Unknown when all static places are out of view.
+Verdict look_again(const Looks& looks, const StaticMotion& motion, int x, int y, const cv::Vec2f& step, bool trusted,
                    const InverseRange& range) {
   Eigen::Vector2d start, end;
   if (!motion.ends(pixel_centre(x, y), range, start, end)) return Verdict::unknown;
   const double contrast = looks.contrast(x, y);
+  const double similar = grey_noise + 0.4 * contrast;
   const double by_flow =
       looks.difference(x, y, x + static_cast<double>(step[0]), y + static_cast<double>(step[1]));
-  if (!(by_flow <= grey_noise + 0.4 * contrast)) return Verdict::unknown;
-  const double enough = 1.2 * by_flow + 0.5 * grey_noise + 0.15 * contrast;
-  const int steps = 1 + static_cast<int>(2 * (end - start).norm());
+  trusted = trusted && by_flow <= similar;
+  const double enough = trusted ? 1.2 * by_flow + 0.5 * grey_noise + 0.15 * contrast : similar;
+  // Half a pixel apart, on long ways one.
+  const double length = (end - start).norm();
+  const int steps = 1 + static_cast<int>(std::min(2 * length, std::max(length, 100.0)));
   bool seen = false;
   for (int i = 0; i <= steps; ++i) {
     const Eigen::Vector2d place = start + (end - start) * (static_cast<double>(i) / steps);
-    const double difference = looks.difference(x, y, place.x() - 0.5, place.y() - 0.5);
+    const double difference = looks.difference(x, y, place.x() - 0.5, place.y() - 0.5, enough);
     if (difference <= enough) return Verdict::is_static;
     seen = seen || std::isfinite(difference);
   }
-  return seen ? Verdict::moving : Verdict::unknown;
+  if (!seen) return Verdict::unknown;
+  return trusted ? Verdict::moving : Verdict::perhaps;
+}
+
+void add(cv::Mat& sum, cv::Mat& count, int x, int y, double evidence) {
+  sum.at<float>(y, x) += static_cast<float>(evidence);
+  count.at<float>(y, x) += 1;
 }
 
 /// Half the pixels, when flow agrees with the cameras everywhere, are off by less than this: what cameras and flow are
@@ -160,15 +175,20 @@ cv::Mat texture_energy(const cv::Mat& grey) {
   return energy;
 }
 
+Evidence::Evidence(Size size) {
+  for (cv::Mat* map : {&sum, &count, &certain_sum, &certain_count})
+    *map = cv::Mat::zeros(size.height, size.width, CV_32F);
+}
+
 void add_evidence(const StaticMotion& motion, const FlowPair& pair, const JudgedFrame& from, const cv::Mat& to_grey,
-                  const MovingOptions& options, cv::Mat& sum, cv::Mat& count) {
+                  const MovingOptions& options, Evidence& out) {
   cv::Mat off(pair.flow.size(), CV_32F, cv::Scalar(-1));
   std::vector<float> distances;
   distances.reserve(pair.flow.total());
   for (int y = 0; y < pair.flow.rows; ++y)
     for (int x = 0; x < pair.flow.cols; ++x) {
       const cv::Vec2f step = pair.flow.at<cv::Vec2f>(y, x);
-      if (!judged(pair, from.texture, x, y)) continue;
+      if (!textured(from.texture, x, y) || !consistent(pair, x, y)) continue;
       const Eigen::Vector2d pixel = pixel_centre(x, y);
       double inverse_depth = 0;
       const double distance = motion.distance(pixel, pixel + Eigen::Vector2d(step[0], step[1]),
@@ -181,22 +201,52 @@ void add_evidence(const StaticMotion& motion, const FlowPair& pair, const Judged
   const Looks looks(from.grey, to_grey);
   for (int y = 0; y < off.rows; ++y)
     for (int x = 0; x < off.cols; ++x) {
+      if (!textured(from.texture, x, y)) continue;
       const double distance = off.at<float>(y, x);
-      if (distance < 0) continue;
+      const bool followed = distance >= 0;
       const cv::Vec2f step = pair.flow.at<cv::Vec2f>(y, x);
       const double loop = 0.5 * pair.round_trip.at<float>(y, x);
       const double drift = 0.01 * std::hypot(step[0], step[1]);
       const double uncertainty =
           std::sqrt(options.noise_px * options.noise_px + common * common + loop * loop + drift * drift);
-      double evidence = std::min(evidence_cap, distance / (uncertainty * options.significance));
-      if (evidence >= options.grow) {
-        const Verdict verdict = look_again(looks, motion, x, y, step, range_at(from, x, y));
+      double evidence = followed ? std::min(evidence_cap, distance / (uncertainty * options.significance)) : 0.0;
+      if (!followed || evidence >= options.grow) {
+        const Verdict verdict = look_again(looks, motion, x, y, step, followed, range_at(from, x, y));
         if (verdict == Verdict::unknown) continue;
+        if (verdict == Verdict::perhaps) {
+          add(out.sum, out.count, x, y, perhaps_evidence);
+          continue;
+        }
         if (verdict == Verdict::is_static) evidence = 0;
       }
-      sum.at<float>(y, x) += static_cast<float>(evidence);
-      count.at<float>(y, x) += 1;
+      add(out.sum, out.count, x, y, evidence);
+      add(out.certain_sum, out.certain_count, x, y, evidence);
     }
+}
+
+cv::Mat combine_evidence(const Evidence& ahead, const Evidence& back) {
+  cv::Mat score = cv::Mat::zeros(ahead.sum.size(), CV_32F), known = score.clone();
+  for (int y = 0; y < score.rows; ++y)
+    for (int x = 0; x < score.cols; ++x) {
+      const float a = ahead.count.at<float>(y, x), b = back.count.at<float>(y, x);
+      const float certain = ahead.certain_count.at<float>(y, x) + back.certain_count.at<float>(y, x);
+      if (a > 0 && b > 0)
+        score.at<float>(y, x) = std::min(ahead.sum.at<float>(y, x) / a, back.sum.at<float>(y, x) / b);
+      else if (certain > 0)
+        score.at<float>(y, x) = (ahead.certain_sum.at<float>(y, x) + back.certain_sum.at<float>(y, x)) / certain;
+      else
+        continue;
+      known.at<float>(y, x) = 1;
+    }
+  cv::Mat near_sum, near_count;
+  cv::boxFilter(score, near_sum, CV_32F, cv::Size(9, 9));
+  cv::boxFilter(known, near_count, CV_32F, cv::Size(9, 9));
+  for (int y = 0; y < score.rows; ++y)
+    for (int x = 0; x < score.cols; ++x)
+      if (known.at<float>(y, x) == 0 && near_count.at<float>(y, x) > 0.1F)
+        score.at<float>(y, x) = near_sum.at<float>(y, x) / near_count.at<float>(y, x);
+  cv::medianBlur(score, score, 5);
+  return score;
 }
 
 void collect_inverse_depths(const StaticMotion& motion, const FlowPair& pair, const cv::Mat& texture,
@@ -206,7 +256,7 @@ void collect_inverse_depths(const StaticMotion& motion, const FlowPair& pair, co
   for (int y = 0; y < pair.flow.rows; y += stride)
     for (int x = 0; x < pair.flow.cols; x += stride) {
       const cv::Vec2f step = pair.flow.at<cv::Vec2f>(y, x);
-      if (!judged(pair, texture, x, y)) continue;
+      if (!textured(texture, x, y) || !consistent(pair, x, y)) continue;
       double w = 0;
       const Eigen::Vector2d pixel = pixel_centre(x, y);
       const double distance = motion.distance(pixel, pixel + Eigen::Vector2d(step[0], step[1]), anything, w);

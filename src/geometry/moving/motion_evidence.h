@@ -58,11 +58,24 @@ struct JudgedFrame {
   const std::vector<InverseRange>& ranges;  ///< Row-major, one per pixel.
 };
 
-/// Adds one pair's evidence: `sum` += distance over uncertainty (capped), `count` += 1, where flow says anything. A
-/// pixel whose surroundings look in the other frame as they should if they were static is static, whatever flow says:
-/// flow bleeds over outlines and errs on repeating patterns.
+/// Evidence of motion, 1 = as significant as asked for; 0 = static. All CV_32F.
+struct Evidence {
+  explicit Evidence(Size size);
+  cv::Mat sum, count;              ///< Of everything that could be judged.
+  cv::Mat certain_sum, certain_count;  ///< Of what good flow says, and of what looks static.
+};
+
+/// Adds one pair's evidence: distance over uncertainty (capped) where flow can be trusted. A pixel whose surroundings
+/// look in the other frame as they should if they were static is static, whatever flow says: flow bleeds over outlines
+/// and errs on repeating patterns. Where flow cannot be trusted, a pixel that looks static nowhere may be moving and
+/// turning, or covered: that counts nearly as much, but not as certain.
 void add_evidence(const StaticMotion& motion, const FlowPair& pair, const JudgedFrame& from, const cv::Mat& to_grey,
-                  const MovingOptions& options, cv::Mat& sum, cv::Mat& count);
+                  const MovingOptions& options, Evidence& evidence);
+
+/// Mean evidence per pixel, of the direction in time with less of it: what is covered or uncovered contradicts one
+/// direction only. Where one direction is all there is, only what is certain counts. Pixels that could not be judged
+/// take the mean around them.
+cv::Mat combine_evidence(const Evidence& ahead, const Evidence& back);
 
 /// Inverse depths by triangulating well-behaved flow, on a grid; appended to `found` when they mean something.
 void collect_inverse_depths(const StaticMotion& motion, const FlowPair& pair, const cv::Mat& texture,

@@ -20,6 +20,9 @@ using moving::StaticMotion;
 
 /// Depths within this many pixels (of the shrunk picture) are all possible, since flow blurs over edges by that much.
 constexpr int edge_reach = 2;
+/// Mean evidence at which a region begins. Below 1, since it is a mean over several distances, of which the longest
+/// often lose a fast object.
+constexpr float seed_score = 0.75F;
 /// Pairs between two reports to the monitor.
 constexpr int pairs_at_once = 8;
 
@@ -36,7 +39,8 @@ class Search {
       cameras_.push_back(camera);
     }
     const std::size_t n = frames.size();
-    grey_.resize(n), texture_.resize(n), sum_.resize(n), count_.resize(n), score_.resize(n), ranges_.resize(n);
+    grey_.resize(n), texture_.resize(n), score_.resize(n), ranges_.resize(n);
+    ahead_evidence_.resize(n, moving::Evidence({0, 0})), back_evidence_.resize(n, moving::Evidence({0, 0}));
   }
 
   void run();
@@ -54,7 +58,6 @@ class Search {
   void bound_from_flow(int distance);
   void make_ranges(int frame);
   void judge(int distance);
-  void fill_score(int frame);
   void steady_scores();
   cv::Mat carried(const cv::Mat& score, const FlowPair& pair) const;
 
@@ -65,7 +68,8 @@ class Search {
   Monitor& monitor_;
   Size size_;
   std::vector<Camera> cameras_;
-  std::vector<cv::Mat> grey_, texture_, sum_, count_, score_;
+  std::vector<cv::Mat> grey_, texture_, score_;
+  std::vector<moving::Evidence> ahead_evidence_, back_evidence_;
   std::vector<std::vector<InverseRange>> ranges_;
   std::vector<FlowPair> ahead_, back_;  ///< From frame i to i + distance, and from i + distance to i.
   float nearest_ = std::numeric_limits<float>::infinity();  ///< Largest inverse depth of anything static.
@@ -76,8 +80,8 @@ void Search::prepare() {
   pool_.run(frame_count(), [&](int i) {
     grey_[at(i)] = moving::shrunk_grey(frames_[at(i)], size_);
     texture_[at(i)] = moving::texture_energy(grey_[at(i)]);
-    sum_[at(i)] = cv::Mat::zeros(size_.height, size_.width, CV_32F);
-    count_[at(i)] = cv::Mat::zeros(size_.height, size_.width, CV_32F);
+    ahead_evidence_[at(i)] = moving::Evidence(size_);
+    back_evidence_[at(i)] = moving::Evidence(size_);
   });
 }
 
@@ -153,33 +157,13 @@ void Search::make_ranges(int frame) {
 
 void Search::judge(int distance) {
   pool_.run(frame_count(), [&](int i) {
-    const auto add = [&](int other, const FlowPair& pair) {
+    const auto add = [&](int other, const FlowPair& pair, moving::Evidence& evidence) {
       moving::add_evidence(StaticMotion(cameras_[at(i)], cameras_[at(other)]), pair,
-                           {grey_[at(i)], texture_[at(i)], ranges_[at(i)]}, grey_[at(other)], options_, sum_[at(i)],
-                           count_[at(i)]);
+                           {grey_[at(i)], texture_[at(i)], ranges_[at(i)]}, grey_[at(other)], options_, evidence);
     };
-    if (i + distance < frame_count()) add(i + distance, ahead_[at(i)]);
-    if (i - distance >= 0) add(i - distance, back_[at(i - distance)]);
+    if (i + distance < frame_count()) add(i + distance, ahead_[at(i)], ahead_evidence_[at(i)]);
+    if (i - distance >= 0) add(i - distance, back_[at(i - distance)], back_evidence_[at(i)]);
   });
-}
-
-/// Mean evidence per pixel; pixels that could not be judged take the mean around them.
-void Search::fill_score(int frame) {
-  const cv::Mat &sum = sum_[at(frame)], &count = count_[at(frame)];
-  cv::Mat near_sum, near_count;
-  cv::boxFilter(sum, near_sum, CV_32F, cv::Size(9, 9));
-  cv::boxFilter(count, near_count, CV_32F, cv::Size(9, 9));
-  cv::Mat& score = score_[at(frame)];
-  score = cv::Mat::zeros(sum.size(), CV_32F);
-  for (int y = 0; y < sum.rows; ++y)
-    for (int x = 0; x < sum.cols; ++x) {
-      const float own = count.at<float>(y, x), around = near_count.at<float>(y, x);
-      if (own > 0)
-        score.at<float>(y, x) = sum.at<float>(y, x) / own;
-      else if (around > 0.1F)
-        score.at<float>(y, x) = near_sum.at<float>(y, x) / around;
-    }
-  cv::medianBlur(score, score, 5);
 }
 
 cv::Mat Search::carried(const cv::Mat& score, const FlowPair& pair) const {
@@ -234,11 +218,14 @@ void Search::run() {
     }
     judge(distance);
   }
-  pool_.run(frame_count(), [&](int i) { fill_score(i); });
+  pool_.run(frame_count(), [&](int i) {
+    score_[at(i)] = moving::combine_evidence(ahead_evidence_[at(i)], back_evidence_[at(i)]);
+  });
   steady_scores();
   double judged = 0;
-  for (const cv::Mat& count : count_) judged += cv::countNonZero(count);
-  judged_share_ = judged / static_cast<double>(size_.pixels() * count_.size());
+  for (std::size_t i = 0; i < frames_.size(); ++i)
+    judged += cv::countNonZero(ahead_evidence_[i].certain_count + back_evidence_[i].certain_count);
+  judged_share_ = judged / static_cast<double>(size_.pixels() * frames_.size());
 }
 
 void check_inputs(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
@@ -296,7 +283,7 @@ MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<cons
     const double pixels = static_cast<double>(search.size().pixels());
     for (std::size_t i = 0; i < frames.size(); ++i) {
       monitor.step("moving objects", static_cast<long>(i), static_cast<long>(frames.size()));
-      cv::Mat regions = moving::hysteresis(search.score(static_cast<int>(i)), 1.0, options.grow);
+      cv::Mat regions = moving::hysteresis(search.score(static_cast<int>(i)), seed_score, options.grow);
       result.regions += moving::tidy_regions(regions, options.smallest * pixels, 4 * options.smallest * pixels);
       moving::grow_to_outlines(regions, moving::shrunk_colour(frames[i], search.size()));
       ValidityMask& mask = result.static_pixels[i];

@@ -67,7 +67,6 @@ TEST_F(MovingDepthTest, PutsTheBallWhereItTouchesTheFloorAtAnyScale) {
     std::vector<FrameGeometry> geometry = forget_moving(clip.truth, masks);
     const std::vector<FrameGeometry> before = geometry;
     const MovingDepthSummary summary = fill(clip, masks, geometry);
-    fmt::print("{}: error {} {}\n", unit, mean_error(geometry, masks, clip, 0), summary.brief());
     EXPECT_LT(mean_error(geometry, masks, clip, 0), 0.08) << "unit " << unit;
     EXPECT_EQ(summary.objects.size(), 1U);
     EXPECT_EQ(summary.contact_share, 1.0);
