@@ -65,7 +65,8 @@ TEST(CameraScore, ErrorsComeOutAsTheyWentIn) {
   // Alternating sideways errors, which no similarity takes out but for a trace.
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i].world_from_cam.translation.y() += i % 2 == 0 ? 0.01 : -0.01;
-    found[i].world_from_cam.rotation = found[i].world_from_cam.rotation * turned({1, 0, 0}, (i % 2 == 0 ? 2 : -2) * degree);
+    const Eigen::Matrix3d wrong = turned({1, 0, 0}, (i % 2 == 0 ? 2 : -2) * degree);
+    found[i].world_from_cam.rotation = found[i].world_from_cam.rotation * wrong;
     found[i].intrinsics.fx = 550;
   }
   const CameraScore score = score_cameras(in_another_frame(found), {}, path(21));
@@ -271,7 +272,8 @@ class Colmap : public testing::Test {
 TEST_F(Colmap, ReadsPosesAndLens) {
   answer("mkdir $out/0 $out/1; echo a > $out/0/images.bin; echo larger > $out/1/images.bin",
          R"(printf '# cameras\n1 SIMPLE_PINHOLE 8 6 7.5 4 3\n' > $out/cameras.txt
-            printf '# images\n1 0.5 0.5 0.5 0.5 1 2 3 1 00000.png\n1 1 -1\n2 1 0 0 0 0 0 -4 1 00002.png\n\n' > $out/images.txt
+            printf '# images\n1 0.5 0.5 0.5 0.5 1 2 3 1 00000.png\n1 1 -1\n' > $out/images.txt
+            printf '2 1 0 0 0 0 0 -4 1 00002.png\n\n' >> $out/images.txt
             printf '# points\n1 0 0 0\n2 0 0 0\n' > $out/points3D.txt)");
   const ColmapResult result = run();
   EXPECT_EQ(result.failure, "");
