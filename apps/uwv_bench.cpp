@@ -67,16 +67,21 @@ class CommandLine {
     found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views")
         ->delimiter(',')
         ->capture_default_str();
-    found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,..")->delimiter(',')->capture_default_str();
+    found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,..")
+        ->delimiter(',')
+        ->capture_default_str();
     found.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
     found.add_option("--colmap", options_.colmap_folder, "Also run COLMAP, in this folder");
-    found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")->capture_default_str();
+    found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")
+        ->capture_default_str();
 
     CLI::App& clip = subcommand(
-        app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall", save_clip);
+        app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall",
+        save_clip);
     size_flags(clip);
     frames_flag(clip);
-    clip.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")->required();
+    clip.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")
+        ->required();
     clip.add_flag("--figure,!--no-figure", options_.figure, "A figure walks through the picture");
     clip.add_option("--out", options_.out, "Folder to save into")->required();
   }

@@ -117,7 +117,8 @@ ColmapResult run_colmap(std::span<const ImageRgb> frames, const std::string& fol
   require(!frames.empty(), "COLMAP needs at least one picture");
   // What an earlier run left would be taken for this run's.
   std::error_code ignored;
-  for (const char* old : {"image", "sparse", "text", "database.db", "log.txt"}) fs::remove_all(fs::path(folder) / old, ignored);
+  for (const char* old : {"image", "sparse", "text", "database.db", "log.txt"})
+    fs::remove_all(fs::path(folder) / old, ignored);
   write_pictures(frames, fs::path(folder) / "image");
 
   Colmap colmap(folder, options.patience_seconds);

@@ -97,7 +97,7 @@ void furnish(Hall& hall) {
   hall.put("table_medium", {0.2, 0, 7.6}, 10);
   hall.put("candle_triple", {0.3, -1, 7.5}, 0);
   hall.put("trunk_medium_A", {-1.7, 0, 8.3}, -15);
-  hall.put("trunk_small_B", {-0.9, 0, 4.4}, 50);
+  hall.put("trunk_small_B", {-0.9, 0, 5.0}, 50);
   hall.put("stool", {-2.0, 0, 5.4}, 0);
 }
 
@@ -105,7 +105,7 @@ void furnish(Hall& hall) {
 void animate(MeshInstance& figure) {
   figure.animation = "Walking_A";
   constexpr double speed = 1.0;  // units a second: the animation's own stride at this scale
-  figure.motion = [](double time) { return standing({-2.4 + speed * time, 0, 4.9}, 90 * degree); };
+  figure.motion = [](double time) { return standing({-2.4 + speed * time, 0, 3.6}, 90 * degree); };
 }
 
 Rigid3 looking_at(const Vector3d& from, const Vector3d& at, double roll) {

@@ -78,7 +78,8 @@ std::vector<ScenePoint> true_points(const TrueClip& clip) {
           Eigen::Vector2d pixel;
           if (!project(clip.cameras[g].intrinsics, x_in_cam, pixel)) continue;
           if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < size.width && pixel.y() < size.height)) continue;
-          const auto seen = static_cast<double>(clip.depths[g](static_cast<int>(pixel.x()), static_cast<int>(pixel.y())));
+          const auto seen =
+              static_cast<double>(clip.depths[g](static_cast<int>(pixel.x()), static_cast<int>(pixel.y())));
           if (std::abs(seen - x_in_cam.z()) < same_surface * x_in_cam.z())
             point.observations.push_back({static_cast<int>(g), pixel});
         }
@@ -130,7 +131,8 @@ std::vector<Table> geometry(const BenchOptions& options) {
   std::vector<Table> tables;
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
   if (!wanted(options, "cameras") && !wanted(options, "depth") && !wanted(options, "views")) return tables;
-  const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor), find_cameras(truth, false, pool, monitor)};
+  const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
+                        find_cameras(truth, false, pool, monitor)};
   if (wanted(options, "cameras")) tables.push_back(camera_table(found, options));
   if (wanted(options, "depth")) tables.push_back(depth_table(found));
   if (wanted(options, "views")) tables.push_back(view_table(found, options));

@@ -17,13 +17,11 @@ namespace uwv::bench {
 class StageClock : public Monitor {
  public:
   bool progress(std::string_view stage, long done, long total) override;
-  void warn(const std::string& sentence) override { warnings_.push_back(sentence); }
   /// In the order of their first report.
   const std::vector<std::pair<std::string, double>>& stages() const { return stages_; }
 
  private:
   std::vector<std::pair<std::string, double>> stages_;
-  std::vector<std::string> warnings_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

@@ -43,8 +43,8 @@ void add_row(Table& table, const FoundClip& clip, const char* cameras_from, cons
 }  // namespace
 
 Table depth_table(const FoundClip& clip) {
-  Table table("depth of " + clip.truth.name, {"cameras", "option", "matched", "abs_rel", "abs_rel_measured", "within_5%",
-                                              "within_25%", "known", "measured", "seconds"});
+  Table table("depth of " + clip.truth.name, {"cameras", "option", "matched", "abs_rel", "abs_rel_measured",
+                                              "within_5%", "within_25%", "known", "measured", "seconds"});
   const std::vector<ScenePoint> points = true_points(clip.truth);
   for (const Variant& variant : variants()) add_row(table, clip, "true", variant, clip.truth.cameras, points, 1);
   // A found scene has a scale of its own.

@@ -77,7 +77,8 @@ CameraScore score_cameras(std::span<const Camera> found, std::span<const std::ui
   const Eigen::Map<const Eigen::Matrix3Xd> from(found_centres.front().data(), 3, count),
       to(true_centres.front().data(), 3, count);
   const Eigen::Matrix4d similarity = Eigen::umeyama(from, to, true);
-  const Eigen::Matrix3Xd aligned = (similarity.topLeftCorner<3, 3>() * from).colwise() + similarity.topRightCorner<3, 1>();
+  const Eigen::Matrix3Xd aligned =
+      (similarity.topLeftCorner<3, 3>() * from).colwise() + similarity.topRightCorner<3, 1>();
   score.scale = std::cbrt(similarity.topLeftCorner<3, 3>().determinant());
   score.ate = std::sqrt((aligned - to).colwise().squaredNorm().mean());
   score.ate_percent = 100 * score.ate / path_length(truth);

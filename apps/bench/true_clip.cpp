@@ -80,7 +80,8 @@ void read_depth_recording(const std::string& folder, long max_frames, const Resi
 /// same pictures from cameras with y down.
 Rigid3 mirrored(const Rigid3& world_from_cam) {
   const Eigen::Vector3d flip(1, -1, 1);
-  return {flip.asDiagonal() * world_from_cam.rotation * flip.asDiagonal(), flip.asDiagonal() * world_from_cam.translation};
+  return {flip.asDiagonal() * world_from_cam.rotation * flip.asDiagonal(),
+          flip.asDiagonal() * world_from_cam.translation};
 }
 
 void read_icl_recording(const std::string& folder, long max_frames, const ResizePolicy& resize, TrueClip& clip) {
@@ -112,7 +113,8 @@ TrueClip read_true_clip(const std::string& folder, long max_frames, const Resize
     read_icl_recording(folder, max_frames, resize, clip);
   else
     fail(ErrorCode::format_unknown,
-         "{}: holds none of cameras.json, test_scene/trajectory.log and pose.txt, so its cameras are not known", folder);
+         "{}: holds none of cameras.json, test_scene/trajectory.log and pose.txt, so its cameras are not known",
+         folder);
   return clip;
 }
 

@@ -24,8 +24,8 @@ struct TrueClip {
 /// - image/, depth.npz and cameras.json, perhaps foreground/: what save_clip() writes;
 /// - image/, depth/ (16-bit PNG, millimetres) and test_scene/trajectory.log: a depth camera's recording, as in
 ///   real_pairs.h;
-/// - color/, depth/ (16-bit PNG, 5000 a metre) and pose.txt (x y z qx qy qz qw a line, world_from_cam) with the ICL-NUIM
-///   lens, whose y points up.
+/// - color/, depth/ (16-bit PNG, 5000 a metre) and pose.txt (x y z qx qy qz qw a line, world_from_cam) with the lens of
+///   the ICL-NUIM recordings, whose y points up.
 /// Throws Error for other folders and for fewer depths or poses than pictures.
 TrueClip read_true_clip(const std::string& folder, long max_frames, const ResizePolicy& resize);
 

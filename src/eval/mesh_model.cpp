@@ -127,11 +127,13 @@ struct MeshModel::State {
   }
 
   void require_size(std::size_t max_triangles) const {
-    std::size_t corners = 0;
-    for_each_surface(
-        [&](std::size_t, const MeshSurface& surface) { corners += surface.positions.size() / 3 + surface.triangles.size(); });
-    if (corners > max_triangles)
-      fail(ErrorCode::out_of_memory, "{}: its nodes come to {} triangles, {} are allowed (max_triangles)", name, corners,
+    std::size_t count = 0;
+    // Vertices that no triangle uses take memory too.
+    for_each_surface([&](std::size_t, const MeshSurface& surface) {
+      count += std::max(surface.positions.size() / 3, surface.triangles.size());
+    });
+    if (count > max_triangles)
+      fail(ErrorCode::out_of_memory, "{}: its nodes come to {} triangles, {} are allowed (max_triangles)", name, count,
            max_triangles);
   }
 

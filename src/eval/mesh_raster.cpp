@@ -58,8 +58,8 @@ Eigen::Vector3d ViewedTriangle::weights(const Eigen::Vector3d& direction) const 
   return sum == 0 ? Eigen::Vector3d(1, 0, 0) : Eigen::Vector3d(shares / sum);
 }
 
-Image<std::int32_t> nearest_triangles(std::span<const ViewedTriangle> triangles, const Intrinsics& intrinsics, Size size,
-                                      ThreadPool& pool) {
+Image<std::int32_t> nearest_triangles(std::span<const ViewedTriangle> triangles, const Intrinsics& intrinsics,
+                                      Size size, ThreadPool& pool) {
   std::vector<Bounds> bounds(triangles.size());
   pool.for_ranges(0, static_cast<int>(triangles.size()), 256, [&](int from, int to) {
     for (int i = from; i < to; ++i)

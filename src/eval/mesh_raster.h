@@ -20,7 +20,7 @@ struct ViewedTriangle {
   ViewedTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
   std::array<Eigen::Vector3d, 3> corners;
-  std::array<Eigen::Vector3d, 3> edges;  ///< Opposite to each corner: normals of the planes through the camera's centre.
+  std::array<Eigen::Vector3d, 3> edges;  ///< Opposite to each corner: normals of planes through the centre.
   Eigen::Vector3d normal;                ///< Not of unit length.
   double offset = 0;                     ///< normal . x on the triangle.
 
@@ -37,7 +37,7 @@ struct ViewedTriangle {
 };
 
 /// At each pixel's centre, the index of the nearest triangle (-1 = none; of equals the first).
-Image<std::int32_t> nearest_triangles(std::span<const ViewedTriangle> triangles, const Intrinsics& intrinsics, Size size,
-                                      ThreadPool& pool);
+Image<std::int32_t> nearest_triangles(std::span<const ViewedTriangle> triangles, const Intrinsics& intrinsics,
+                                      Size size, ThreadPool& pool);
 
 }  // namespace uwv

@@ -55,7 +55,8 @@ Twins twins(const Rigid3& world_from_model, double scale) {
 /// Pixels in which one is hit and the other not: at most those whose centre lies on an edge.
 int compare_depth(const Twins& both, const Camera& camera, double relative) {
   ThreadPool pool(2);
-  const SyntheticFrame mesh = render(both.mesh, camera, 0, pool, 1), analytic = render(both.analytic, camera, 0, pool, 1);
+  const SyntheticFrame mesh = render(both.mesh, camera, 0, pool, 1);
+  const SyntheticFrame analytic = render(both.analytic, camera, 0, pool, 1);
   int different = 0, hits = 0;
   for (int y = 0; y < camera.size.height; ++y)
     for (int x = 0; x < camera.size.width; ++x) {
