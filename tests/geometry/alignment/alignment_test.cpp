@@ -109,7 +109,7 @@ TEST(DepthAlignment, huber_and_cauchy_survive_nine_wrong_samples_in_ten) {
   double squared_error = 0;
   for (std::uint32_t seed = 0; seed < 5; ++seed) {
     DepthMap reference = clean;
-    add_noise(reference, 0.005, seed);
+    add_noise(reference, 0.02, seed);
     add_outliers(reference, 0.9, 0.5, 6, seed + 100);
     for (const auto loss : {AlignmentLoss::huber, AlignmentLoss::cauchy}) {
       const FrameAlignment frame = align_one(v, reference, all_samples(loss));
