@@ -63,7 +63,8 @@ class FrameFitter {
       });
       report().inliers = inside.size();
       if (inside.size() < least())
-        return give_up(AlignmentStatus::too_few, fmt::format("{} samples agree, {} are needed", inside.size(), least()));
+        return give_up(AlignmentStatus::too_few,
+                       fmt::format("{} samples agree, {} are needed", inside.size(), least()));
       if (inside.size() == before) break;
       const Moments moments = moments_of(inside);
       if (is_singular(moments, shift_)) return singular();

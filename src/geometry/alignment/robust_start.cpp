@@ -35,8 +35,7 @@ bool through(const Sample& p, const Sample& q, bool shift, AlignmentLine& line) 
 
 }  // namespace
 
-bool robust_start(const Samples& samples, const AlignmentOptions& options, std::uint64_t seed,
-                  AlignmentLine& line) {
+bool robust_start(const Samples& samples, const AlignmentOptions& options, std::uint64_t seed, AlignmentLine& line) {
   if (samples.empty()) return false;
   const bool shift = has_shift(options.model);
   std::mt19937_64 random(seed);
