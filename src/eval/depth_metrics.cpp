@@ -65,7 +65,9 @@ ValidityMask edges_of(const DepthMap& depth, double ratio) {
   ValidityMask edges(depth.size());
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
-      const auto steps_to = [&](int u, int v) { return depth.contains(u, v) && edge_between(depth(x, y), depth(u, v), ratio); };
+      const auto steps_to = [&](int u, int v) {
+        return depth.contains(u, v) && edge_between(depth(x, y), depth(u, v), ratio);
+      };
       edges(x, y) = steps_to(x - 1, y) || steps_to(x + 1, y) || steps_to(x, y - 1) || steps_to(x, y + 1);
     }
   return edges;

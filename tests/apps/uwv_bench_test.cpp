@@ -95,6 +95,17 @@ TEST_F(UwvBench, TimesEveryPassAtEverySize) {
   EXPECT_THAT(bench({"render", "--sizes", "64"}).err, HasSubstr("found '64', wanted sizes such as 832x480"));
 }
 
+TEST_F(UwvBench, AlignsDepthWithEveryLossAndSmoothing) {
+  must({"alignment", "--width", "128", "--height", "128", "--runs", "1", "--json", "alignment.json"});
+  const nlohmann::json tables = json("alignment.json");
+  ASSERT_EQ(tables["alignment of one frame"].size(), 27U);
+  for (const auto& row : tables["alignment of one frame"])
+    if (row["loss"] != "squared" && row["share"] == 1.0) {
+      EXPECT_LT(row["error"].get<double>(), 0.02) << row;
+    }
+  EXPECT_EQ(tables["alignment of 120 flickering frames, an eighth as wide"].size(), 21U);
+}
+
 TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
   make_recording("recording");
   for (const auto& [pair, words] :

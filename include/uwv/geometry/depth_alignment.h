@@ -5,9 +5,9 @@
 // Paper: the foreground of D comes from a video depth network aligned to the scene's depth; geometry sheet 4.5 has what
 // the official code does. With v the relative inverse depth and D the reference, a frame's line is
 //     (a, b) = argmin  sum over samples of  w * rho(a * v + b - 1 / D),
-// with rho the plain square unless told otherwise. Everything is computed in double on centred, scaled values, so
-// magnitudes from 1e-8 to 1e8 cost no digits. No result is ever NaN or infinite: a frame that determines no line keeps
-// the one before it and says why.
+// with rho the plain square unless told otherwise (other losses count residuals as shares of 1/D). Everything is
+// computed in double on centred, scaled values, so magnitudes from 1e-8 to 1e8 cost no digits. No result is ever NaN or
+// infinite: a frame that determines no line keeps the one before it and says why.
 #pragma once
 
 #include <cstdint>
@@ -60,8 +60,8 @@ struct AlignmentOptions {
   RelativeDepth relative = RelativeDepth::inverse;
   /// The paper's. One wrong pixel in ten already bends it; huber and cauchy survive nine in ten.
   AlignmentLoss loss = AlignmentLoss::squared;
-  /// huber, cauchy: residuals are called large from here on, as a share of the median reference value. 0.02 is the
-  /// noise of good reference depth.
+  /// huber, cauchy: residuals are called large from here on, as a share of the sample's own reference value (noise of
+  /// depth grows with depth). 0.02 is the noise of good reference depth.
   double loss_scale = 0.02;
   /// huber, cauchy: samples farther than this many `loss_scale` from the line found so far are left out, and the line
   /// is found again until that changes nothing. Without it, nine wrong samples in ten would outvote the right one.

@@ -9,14 +9,6 @@
 namespace uwv::alignment {
 namespace {
 
-double median_of_y(const Samples& samples) {
-  std::vector<double> values(samples.size());
-  std::transform(samples.begin(), samples.end(), values.begin(), [](const Sample& s) { return s.y; });
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 class FrameFitter {
  public:
   FrameFitter(const AlignmentOptions& options, std::uint64_t seed)
@@ -57,9 +49,9 @@ class FrameFitter {
 
   FrameFit robust(const Samples& samples) {
     if (is_singular(moments_of(samples), shift_)) return singular();
-    const Loss loss{options_.loss, options_.loss_scale * median_of_y(samples)};
+    const Loss loss{options_.loss, options_.loss_scale};
     AlignmentLine line;
-    if (!robust_start(samples, options_, loss.scale, seed_ ^ 1U, line)) return unsolved();
+    if (!robust_start(samples, options_, seed_ ^ 1U, line)) return unsolved();
     // A handful of rounds settles which samples are inside the gate; more would only chase single ones at its rim.
     constexpr int rounds = 5;
     Samples inside;
@@ -67,17 +59,20 @@ class FrameFitter {
       const std::size_t before = inside.size();
       inside.clear();
       std::copy_if(samples.begin(), samples.end(), std::back_inserter(inside), [&](const Sample& s) {
-        return std::fabs(residual(line, s)) <= options_.gate * loss.scale;
+        return std::fabs(relative_residual(line, s)) <= options_.gate * loss.scale;
       });
       report().inliers = inside.size();
       if (inside.size() < least())
-        return give_up(AlignmentStatus::too_few, fmt::format("{} samples agree, {} are needed", inside.size(), least()));
+        return give_up(AlignmentStatus::too_few,
+                       fmt::format("{} samples agree, {} are needed", inside.size(), least()));
       if (inside.size() == before) break;
       const Moments moments = moments_of(inside);
       if (is_singular(moments, shift_)) return singular();
       if (!fit_line(inside, moments, loss, shift_, line)) return unsolved();
     }
-    fit_.moments = moments_of(inside, [&](const Sample& s) { return robust_weight(loss, residual(line, s)); });
+    fit_.moments = moments_of(inside, [&](const Sample& s) {
+      return robust_weight(loss, relative_residual(line, s)) / (s.unit() * s.unit());
+    });
     return accept(inside, line);
   }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace uwv::alignment {
 namespace {
@@ -58,7 +60,9 @@ Bent bent(AlignmentLoss kind, double bend, double r) {
 /// for a whole picture costs ten times as much.
 class AllSamples : public ceres::CostFunction {
  public:
-  AllSamples(const Samples& samples, const Loss& loss) : samples_(samples), loss_(loss) {
+  /// `units`: what the loss counts each sample's residual in.
+  AllSamples(const Samples& samples, std::vector<double> units, const Loss& loss)
+      : samples_(samples), units_(std::move(units)), loss_(loss) {
     set_num_residuals(static_cast<int>(samples.size()));
     mutable_parameter_block_sizes()->assign(2, 1);
   }
@@ -68,16 +72,18 @@ class AllSamples : public ceres::CostFunction {
     const AlignmentLine line{parameters[0][0], parameters[1][0]};
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       const double root = std::sqrt(samples_[i].weight);
-      const Bent here = bent(loss_.kind, loss_.scale, residual(line, samples_[i]));
+      const Bent here = bent(loss_.kind, loss_.scale, residual(line, samples_[i]) / units_[i]);
+      const double slope = root * here.slope / units_[i];
       residuals[i] = root * here.value;
-      if (by_scale != nullptr) by_scale[i] = root * here.slope * samples_[i].x;
-      if (by_shift != nullptr) by_shift[i] = root * here.slope;
+      if (by_scale != nullptr) by_scale[i] = slope * samples_[i].x;
+      if (by_shift != nullptr) by_shift[i] = slope;
     }
     return true;
   }
 
  private:
   const Samples& samples_;
+  std::vector<double> units_;
   Loss loss_;
 };
 
@@ -107,8 +113,8 @@ ceres::Solver::Options precise(AlignmentLoss kind) {
 
 }  // namespace
 
-double robust_weight(const Loss& loss, double residual) {
-  const double relative = std::fabs(residual) / loss.scale;
+double robust_weight(const Loss& loss, double relative_residual) {
+  const double relative = std::fabs(relative_residual) / loss.scale;
   switch (loss.kind) {
     case AlignmentLoss::squared:
       return 1;
@@ -127,7 +133,11 @@ bool fit_line(const Samples& samples, const Moments& moments, const Loss& loss, 
   const AlignmentLine start = to.of(line);
   double a = start.scale, b = shift ? start.shift : 0;
 
-  AllSamples cost(normalised, {loss.kind, loss.scale / to.scale_y});
+  std::vector<double> units(samples.size(), 1.0);
+  if (loss.kind != AlignmentLoss::squared)
+    std::transform(samples.begin(), samples.end(), units.begin(),
+                   [&](const Sample& s) { return s.unit() / to.scale_y; });
+  AllSamples cost(normalised, std::move(units), loss);
   ceres::Problem problem(borrowing());
   problem.AddResidualBlock(&cost, nullptr, &a, &b);
   if (!shift) problem.SetParameterBlockConstant(&b);

@@ -8,14 +8,14 @@
 namespace uwv::alignment {
 namespace {
 
-/// So many samples judge a line: with one right sample in ten, 50 of them agree where chance brings a few.
-constexpr std::size_t judges = 500;
+/// So many samples judge a line: with one right sample in ten, 100 of them agree where chance brings 40.
+constexpr std::size_t judges = 1000;
 
 /// Sum of squared residuals, each counting at most as one at the threshold: fewer and farther both cost.
 double cost(const Samples& samples, const AlignmentLine& line, double threshold, double best) {
   double sum = 0;
   for (const Sample& s : samples) {
-    const double r = residual(line, s) / threshold;
+    const double r = relative_residual(line, s) / threshold;
     sum += s.weight * std::min(1.0, r * r);
     if (sum >= best) break;
   }
@@ -35,8 +35,7 @@ bool through(const Sample& p, const Sample& q, bool shift, AlignmentLine& line) 
 
 }  // namespace
 
-bool robust_start(const Samples& samples, const AlignmentOptions& options, double threshold, std::uint64_t seed,
-                  AlignmentLine& line) {
+bool robust_start(const Samples& samples, const AlignmentOptions& options, std::uint64_t seed, AlignmentLine& line) {
   if (samples.empty()) return false;
   const bool shift = has_shift(options.model);
   std::mt19937_64 random(seed);
@@ -48,7 +47,7 @@ bool robust_start(const Samples& samples, const AlignmentOptions& options, doubl
     const Sample& q = samples[random() % samples.size()];
     AlignmentLine tried;
     if (!through(p, q, shift, tried) || (options.refuse_negative && !(tried.scale > 0))) continue;
-    const double its = cost(judging, tried, threshold, best);
+    const double its = cost(judging, tried, options.loss_scale, best);
     if (its >= best) continue;
     best = its;
     line = tried;

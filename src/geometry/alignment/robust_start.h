@@ -7,9 +7,8 @@
 namespace uwv::alignment {
 
 /// Tries lines through `options.start_trials` random pairs of samples (single samples without a shift) and returns the
-/// one most samples lie within `threshold` of. False when no pair gives a line: all samples at one x, or all falling
-/// while falling lines are refused.
-bool robust_start(const Samples& samples, const AlignmentOptions& options, double threshold, std::uint64_t seed,
-                  AlignmentLine& line);
+/// one most samples lie within `options.loss_scale` of. False when no pair gives a line: all samples at one x, or all
+/// falling while falling lines are refused.
+bool robust_start(const Samples& samples, const AlignmentOptions& options, std::uint64_t seed, AlignmentLine& line);
 
 }  // namespace uwv::alignment

@@ -12,6 +12,9 @@ namespace uwv::alignment {
 struct Sample {
   double x = 0, y = 0;  ///< y is wanted to be a line of x.
   double weight = 1;    ///< In (0, 1], the largest being 1.
+  /// What losses count residuals in: y itself, the noise of depth growing with depth. In absolute terms wrong samples
+  /// far away, where inverse depths crowd, would look as if they agreed on a flat line.
+  double unit() const { return y; }
 };
 using Samples = std::vector<Sample>;
 
@@ -22,6 +25,7 @@ inline bool of_inverse(AlignmentModel model) {
   return model == AlignmentModel::inverse_affine || model == AlignmentModel::inverse_scale;
 }
 inline double residual(const AlignmentLine& line, const Sample& s) { return line.scale * s.x + line.shift - s.y; }
+inline double relative_residual(const AlignmentLine& line, const Sample& s) { return residual(line, s) / s.unit(); }
 
 /// Weighted means and centred second moments: all that squares need to know of samples.
 struct Moments {

@@ -140,7 +140,8 @@ TEST(DepthAlignmentExtremes, an_empty_first_frame_takes_the_first_line) {
   const DepthMap reference = ball_depth();
   const Image<float> v = relative_inverse(reference, truth);
   for_all_options([&](const AlignmentOptions& options) {
-    const AlignmentSummary summary = align(clip_of({v, v, v}, {DepthMap(v.size()), DepthMap(v.size()), reference}), options);
+    const DepthMap unknown(v.size());
+    const AlignmentSummary summary = align(clip_of({v, v, v}, {unknown, unknown, reference}), options);
     expect_finite(summary);
     EXPECT_EQ(summary.frames[0].status, AlignmentStatus::kept_previous_empty);
     for (const FrameAlignment& frame : summary.frames) {

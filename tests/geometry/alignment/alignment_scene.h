@@ -2,6 +2,8 @@
 // Frames whose line is known: a ball before a wall, its relative depth made from the true one.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -42,7 +44,8 @@ inline void add_outliers(DepthMap& depth, double share, double low, double high,
   std::uniform_real_distribution<double> unit(0, 1);
   const float nearest = *std::min_element(depth.pixels().begin(), depth.pixels().end());
   for (float& z : depth.pixels())
-    if (unit(random) < share) z = static_cast<float>(static_cast<double>(nearest) * (low + (high - low) * unit(random)));
+    if (unit(random) < share)
+      z = static_cast<float>(static_cast<double>(nearest) * (low + (high - low) * unit(random)));
 }
 
 /// Pictures and the frame that points to them.
