@@ -133,5 +133,15 @@ TEST_F(UwvBench, LeavingOutPassesChangesNoPixel) {
     EXPECT_FALSE(tables[name].empty()) << name;
 }
 
+TEST_F(UwvBench, SaysWhatIsWrongWithClips) {
+  const Outcome clip = bench({"clip", "--models", "none", "--out", "hall"});
+  EXPECT_EQ(clip.exit_code, 2);
+  EXPECT_THAT(clip.err, HasSubstr("none/kaykit_dungeon_CC0/gltf/"));
+  const Outcome found = bench({"geometry", "--recording", "nowhere"});
+  EXPECT_EQ(found.exit_code, 2);
+  EXPECT_THAT(found.err, HasSubstr("nowhere: holds none of cameras.json"));
+  EXPECT_THAT(bench({"geometry", "--recording", "nowhere", "--tables", "chairs"}).err, HasSubstr("found 'chairs'"));
+}
+
 }  // namespace
 }  // namespace uwv::test
