@@ -36,7 +36,8 @@ struct MovingOptions {
   /// What flow and cameras are off by where everything goes well, in pixels of the shrunk picture. Dense inverse search
   /// is good to a quarter of a pixel on texture; the rest is the cameras'.
   double noise_px = 0.4;
-  /// How many times its uncertainty a pixel must be off to count as moving. 3 keeps false alarms rare.
+  /// How many times its uncertainty a pixel must be off to count as moving in one pair. 3 keeps false alarms rare; three
+  /// quarters of it, on average over the pairs, begin a region.
   double significance = 3;
   /// Share of the significance that is enough beside a pixel that has it all (hysteresis).
   double grow = 0.5;
