@@ -179,8 +179,8 @@ cv::Mat Search::carried(const cv::Mat& score, const FlowPair& pair) const {
   return out;
 }
 
-/// Median of each pixel's evidence in three frames, followed by flow; where only two know, their mean. The first and the
-/// last frame, judged in one direction only, take what their neighbour knows in addition.
+/// Median of each pixel's evidence in three frames, followed by flow; where only two know, their mean. The first and
+/// the last frame, judged in one direction only, take what their neighbour knows in addition.
 void Search::steady_scores() {
   std::vector<cv::Mat> steady(score_.size());
   pool_.run(frame_count(), [&](int i) {

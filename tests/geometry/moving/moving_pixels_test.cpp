@@ -61,8 +61,8 @@ class MovingPixelsTest : public ::testing::Test {
 /// Degrees of orbit: with the ball, against it, slowly, not at all.
 class MovingBallTest : public MovingPixelsTest, public ::testing::WithParamInterface<double> {
  protected:
-  /// Without depth. Measured: 0.84 to 0.89 (the outline is found to a pixel or two), but 0.60 to 0.63 against the orbit:
-  /// there the ball shifts along its epipolar lines as a static thing nearer to the camera would.
+  /// Without depth. Measured: 0.84 to 0.89 (the outline is found to a pixel or two), but 0.60 to 0.63 against the
+  /// orbit: there the ball shifts along its epipolar lines as a static thing nearer to the camera would.
   double least_overlap() const { return GetParam() == -8.0 ? 0.5 : 0.75; }
 };
 INSTANTIATE_TEST_SUITE_P(Orbits, MovingBallTest, ::testing::Values(-8.0, 8.0, 3.0, 0.0));
