@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fewer points where a surface is flat: one point with a plane stands for a square cell of pixels.
 //
-// Cells come from a quadtree over the picture. On a plane inverse depth is affine in the pixel, so a cell is replaced by
-// the affine fit to its inverse depths, and only if no pixel of it moves by more than `max_error` pixels in any of the
-// pictures it will be drawn into. The bound is checked at every pixel, not estimated.
+// Cells come from a quadtree over the picture. On a plane inverse depth is affine in the pixel, so a cell is replaced
+// by the affine fit to its inverse depths, and only if no pixel of it moves by more than `max_error` pixels in any of
+// the pictures it will be drawn into. The bound is checked at every pixel, not estimated.
 #pragma once
 
 #include <cstdint>

@@ -30,13 +30,14 @@ struct MovingOptions {
   /// Pictures taller than this are shrunk to it for optical flow: 240 is half of a 480-row clip. More: finer outlines
   /// and smaller objects, time grows with the square.
   int flow_height = 240;
-  /// Frame distances compared, both ways in time; 1, then doubled this many times less one: 3 = 1, 2 and 4. More: slower
-  /// motion is found, time grows in proportion.
+  /// How many frame distances are compared, both ways in time; each is twice the one before: 3 = 1, 2 and 4. More:
+  /// slower motion is found, time grows in proportion.
   int distances = 3;
   /// What flow and cameras are off by where everything goes well, in pixels of the shrunk picture. Dense inverse search
   /// is good to a quarter of a pixel on texture; the rest is the cameras'.
   double noise_px = 0.4;
-  /// How many times its uncertainty a pixel must be off to count as moving. 3 keeps false alarms rare.
+  /// How many times its uncertainty a pixel must be off to count as moving in one pair. 3 keeps false alarms rare;
+  /// three quarters of it, on average over the pairs, begin a region.
   double significance = 3;
   /// Share of the significance that is enough beside a pixel that has it all (hysteresis).
   double grow = 0.5;

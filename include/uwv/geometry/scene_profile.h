@@ -40,7 +40,7 @@ enum class CloudKind {
 std::string_view to_string(CloudKind kind);
 
 struct GeometryPlanOptions {
-  double min_parallax_px = 2;          ///< Below this depth from motion is noise: a tenth of it is what tracking errs by.
+  double min_parallax_px = 2;          ///< Below this depth from motion is noise: tracking errs by a tenth of it.
   double max_error_px = 2;             ///< A reconstruction that reprojects worse is not believed.
   double min_registered_share = 0.5;   ///< Fewer measured poses: most cameras would be guesses.
   double max_moving_share = 0.5;       ///< More of the picture moving: what is static, and so the camera, is uncertain.
@@ -50,7 +50,7 @@ struct GeometryPlanOptions {
   double min_layer_motion = 0.005;     ///< From this share of moving pixels on foreground is kept apart.
   double key_parallax_px = 4;          ///< Parallax between frames whose depth is computed: more repeats the work.
   int max_key_stride = 8;              ///< Depth carried farther than this drifts.
-  double max_points = 4e6;             ///< From here on points are thinned out on flat surfaces; 10 frames of 832 x 480.
+  double max_points = 4e6;             ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
 
   std::optional<GeometryProvider> provider;  ///< Forced when set, as are those below.
   std::optional<CloudKind> cloud;

@@ -41,8 +41,8 @@ class Looks {
     cv::copyMakeBorder(to, to_, reach, reach + 1, reach, reach + 1, cv::BORDER_REPLICATE);
     size_ = {to.cols, to.rows};
   }
-  /// Mean absolute difference in grey levels over a patch; infinite when its centre leaves the picture. Some value above
-  /// `limit` when that is known early.
+  /// Mean absolute difference in grey levels over a patch; infinite when its centre leaves the picture. Some value
+  /// above `limit` when that is known early.
   double difference(int x, int y, double u, double v, double limit = 256) const {
     if (!(u >= 0 && v >= 0 && u <= size_.width - 1 && v <= size_.height - 1))
       return std::numeric_limits<double>::infinity();

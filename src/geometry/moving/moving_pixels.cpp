@@ -179,13 +179,15 @@ cv::Mat Search::carried(const cv::Mat& score, const FlowPair& pair) const {
   return out;
 }
 
-/// Median of each pixel's evidence in three frames, followed by flow; where only two know, their mean.
+/// Median of each pixel's evidence in three frames, followed by flow; where only two know, their mean. The first and
+/// the last frame, judged in one direction only, take what their neighbour knows in addition.
 void Search::steady_scores() {
   std::vector<cv::Mat> steady(score_.size());
   pool_.run(frame_count(), [&](int i) {
     cv::Mat before(score_[at(i)].size(), CV_32F, cv::Scalar(-1)), after = before.clone();
     if (i > 0) before = carried(score_[at(i - 1)], back_[at(i - 1)]);
     if (i + 1 < frame_count()) after = carried(score_[at(i + 1)], ahead_[at(i)]);
+    const bool at_end = i == 0 || i + 1 == frame_count();
     steady[at(i)] = score_[at(i)].clone();
     for (int y = 0; y < before.rows; ++y)
       for (int x = 0; x < before.cols; ++x) {
@@ -193,6 +195,8 @@ void Search::steady_scores() {
         float& own = steady[at(i)].at<float>(y, x);
         if (a >= 0 && b >= 0)
           own = std::max(std::min(a, b), std::min(std::max(a, b), own));
+        else if (at_end)
+          own = std::max({own, a, b});
         else if (a >= 0 || b >= 0)
           own = 0.5F * (own + std::max(a, b));
       }
