@@ -17,11 +17,11 @@ namespace uwv {
 
 struct CompletionOptions {
   bool camera_moves = false;  ///< False is faster and cleaner; structure_from_motion.h tells which it is.
-  int margin_px = 3;          ///< The foreground is widened by this: its outline is blended with it, and it casts shade.
-  int max_samples = 15;       ///< Sightings whose median is taken, spread over the clip. More: less noise and ghosts.
-  int reach_frames = 60;      ///< With a moving camera, how far away in time sightings are looked for.
-  bool match_exposure = true; ///< Scale each sighting's channels to the brightness of the frame it fills.
-  int inpaint_radius = 4;     ///< Pixels around a missing one that its colour is made of. More: smoother and slower.
+  int margin_px = 3;      ///< The foreground is widened by this: its outline is blended with it, and it casts shade.
+  int max_samples = 15;   ///< Sightings whose median is taken, spread over the clip. More: less noise and ghosts.
+  int reach_frames = 60;  ///< With a moving camera, how far away in time sightings are looked for.
+  bool match_exposure = true;  ///< Scale each sighting's channels to the brightness of the frame it fills.
+  int inpaint_radius = 4;      ///< Pixels around a missing one that its colour is made of. More: smoother and slower.
   /// Holes are invented at a size no larger than this (longer side) and enlarged: inpainting large holes is blurry
   /// anyway, and takes time in proportion to their area.
   int inpaint_side = 480;
@@ -36,8 +36,8 @@ enum class BackgroundOrigin : std::uint8_t {
 };
 
 struct BackgroundClip {
-  std::vector<ImageRgb> frames;             ///< The clip without foreground.
-  std::vector<Image<std::uint8_t>> origin;  ///< BackgroundOrigin, a frame.
+  std::vector<ImageRgb> frames;               ///< The clip without foreground.
+  std::vector<Image<std::uint8_t>> origin;    ///< BackgroundOrigin, a frame.
   double share_seen = 0, share_invented = 0;  ///< Of all pixels of all frames.
   std::vector<std::string> notes;
   std::string brief() const;

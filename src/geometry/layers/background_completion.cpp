@@ -129,8 +129,8 @@ class Completion {
     });
     const auto broken = std::count(tied_.begin(), tied_.begin() + (count_ - 1), 0);
     if (broken > 0)
-      result_.notes.push_back(fmt::format("{} of {} pairs of frames could not be tied by their background", broken,
-                                          count_ - 1));
+      result_.notes.push_back(
+          fmt::format("{} of {} pairs of frames could not be tied by their background", broken, count_ - 1));
   }
 
   /// Sightings of frame i's missing pixels, nearest frames first, until all have enough of them.
@@ -225,8 +225,8 @@ class Completion {
   Monitor& monitor_;
   int count_;
   std::vector<SeenFrame> source_;
-  cv::Mat reference_, unseen_;        // still
-  std::vector<cv::Mat> next_from_;    // moving
+  cv::Mat reference_, unseen_;      // still
+  std::vector<cv::Mat> next_from_;  // moving
   std::vector<std::uint8_t> tied_;
   BackgroundClip result_;
 };

@@ -16,7 +16,8 @@ namespace {
 constexpr int fewest_corners = 12;
 
 /// Corners of `from` and where they are in `to`, those whose way back leads home.
-void track_corners(const SeenFrame& from, const SeenFrame& to, std::vector<cv::Point2f>& a, std::vector<cv::Point2f>& b) {
+void track_corners(const SeenFrame& from, const SeenFrame& to, std::vector<cv::Point2f>& a,
+                   std::vector<cv::Point2f>& b) {
   cv::Mat grey_from, grey_to;
   cv::cvtColor(from.picture, grey_from, cv::COLOR_RGB2GRAY);
   cv::cvtColor(to.picture, grey_to, cv::COLOR_RGB2GRAY);

@@ -21,8 +21,8 @@ void invent(cv::Mat& picture, const cv::Mat& missing, const CompletionOptions& o
 /// Factor by channel that makes `other` as bright as `own` where both show background; ones where they hardly overlap.
 std::array<float, 3> exposure_gain(const SeenFrame& own, const cv::Mat& other, const cv::Mat& other_background);
 
-/// The homography (CV_64F 3x3) that maps background of `from` to `to`, by tracked corners; the identity, and false, when
-/// too few corners agree.
+/// The homography (CV_64F 3x3) that maps background of `from` to `to`, by tracked corners; the identity, and false,
+/// when too few corners agree.
 bool background_homography(const SeenFrame& from, const SeenFrame& to, cv::Mat& to_from);
 
 }  // namespace uwv::layers
