@@ -52,11 +52,11 @@ Foreground foreground_from(const Image<float>& probability, const std::string& f
 Foreground foreground_from_picture(const ImageRgb& picture, Size wanted, const std::string& what);
 
 struct PromptOptions {
-  int erode_window = 9;    ///< Side of the square that the mask is eroded by: prompts stay off the outline.
-  int erode_rounds = 2;    ///< Times it is eroded.
-  int first_step = 100;    ///< Grid step in pixels to begin with.
-  int step_decrement = 10; ///< Taken off the step while there are too few points.
-  int min_points = 10;     ///< Enough points; also the step stops shrinking at step_decrement.
+  int erode_window = 9;     ///< Side of the square that the mask is eroded by: prompts stay off the outline.
+  int erode_rounds = 2;     ///< Times it is eroded.
+  int first_step = 100;     ///< Grid step in pixels to begin with.
+  int step_decrement = 10;  ///< Taken off the step while there are too few points.
+  int min_points = 10;      ///< Enough points; also the step stops shrinking at step_decrement.
   void check() const;
 };
 
@@ -75,8 +75,8 @@ std::vector<PixelIndex> prompt_points(const ForegroundMask& mask, const PromptOp
 /// are none or sizes differ.
 ForegroundMask unite(std::span<const ForegroundMask> masks);
 
-/// Closes gaps and leaves a thin rim: 3x3 dilation `dilate` times, then erosion `erode` times. The defaults are those of
-/// the official reconstruction code, which keeps one pixel more than it found.
+/// Closes gaps and leaves a thin rim: 3x3 dilation `dilate` times, then erosion `erode` times. The defaults are those
+/// of the official reconstruction code, which keeps one pixel more than it found.
 ForegroundMask close_gaps(const ForegroundMask& mask, int dilate = 4, int erode = 3);
 
 }  // namespace uwv

@@ -6,8 +6,8 @@
 // touches the ground, and bulges a little. What is assumed is drawn from the picture where it can be: the horizon from
 // vanishing lines, the end of the ground from a change of colour, the sky from its colour.
 //
-// Axes of the level world used inside: x right, y down (gravity), z level and forward. The camera looks down by `pitch`,
-// so the horizon is at v = cy - fy * tan(pitch). Depth is along the optical axis as everywhere.
+// Axes of the level world used inside: x right, y down (gravity), z level and forward. The camera looks down by
+// `pitch`, so the horizon is at v = cy - fy * tan(pitch). Depth is along the optical axis as everywhere.
 #pragma once
 
 #include <optional>
@@ -29,15 +29,15 @@ struct PlanarPriorOptions {
   /// Where the ground ends without a cue, as a share of what lies between horizon and lower edge. Smaller: a farther
   /// backdrop, more parallax between it and the foreground.
   double default_ground = 0.25;
-  double sky_distance = 6.0;    ///< Of the sky, times the backdrop's. Finite: renderers weigh by depth. >= 1.
-  double nearest = 0.25;        ///< Least distance of a foreground, as a share of the backdrop's.
-  double farthest = 0.8;        ///< Greatest, so that foreground stays clear of the backdrop. In [nearest, 1).
-  double relief = 0.5;          ///< Half thickness of a foreground, times half its width. 0 = cardboard; 1 = a ball.
-  int contact_window = 9;       ///< Frames to each side that steady where a foreground touches the ground. 0 = none.
-  double min_piece = 0.002;     ///< Pieces smaller than this share of the picture stand with the nearest larger piece.
-  bool locked_off = true;       ///< The camera does not move: one backdrop serves all frames and cannot flicker.
-  int backdrop_samples = 9;     ///< Frames whose median shows the backdrop of a locked-off clip.
-  bool find_sky = true;         ///< false = backdrop up to the upper edge.
+  double sky_distance = 6.0;  ///< Of the sky, times the backdrop's. Finite: renderers weigh by depth. >= 1.
+  double nearest = 0.25;      ///< Least distance of a foreground, as a share of the backdrop's.
+  double farthest = 0.8;      ///< Greatest, so that foreground stays clear of the backdrop. In [nearest, 1).
+  double relief = 0.5;        ///< Half thickness of a foreground, times half its width. 0 = cardboard; 1 = a ball.
+  int contact_window = 9;     ///< Frames to each side that steady where a foreground touches the ground. 0 = none.
+  double min_piece = 0.002;   ///< Pieces smaller than this share of the picture stand with the nearest larger piece.
+  bool locked_off = true;     ///< The camera does not move: one backdrop serves all frames and cannot flicker.
+  int backdrop_samples = 9;   ///< Frames whose median shows the backdrop of a locked-off clip.
+  bool find_sky = true;       ///< false = backdrop up to the upper edge.
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };

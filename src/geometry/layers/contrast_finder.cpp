@@ -90,7 +90,8 @@ class ContrastFinder : public ForegroundFinder {
 
  private:
   cv::Mat shrink(const cv::Mat& picture) const {
-    const double scale = std::min(1.0, options_.working_side / static_cast<double>(std::max(picture.cols, picture.rows)));
+    const double scale =
+        std::min(1.0, options_.working_side / static_cast<double>(std::max(picture.cols, picture.rows)));
     cv::Mat small;
     const cv::Size size(std::max(1, cvRound(picture.cols * scale)), std::max(1, cvRound(picture.rows * scale)));
     cv::resize(picture, small, size, 0, 0, cv::INTER_AREA);

@@ -10,7 +10,8 @@ namespace uwv {
 namespace {
 
 std::string sentence(const std::string& finder, double share, const ForegroundOptions& options) {
-  if (share >= options.min_share) return fmt::format("{} found a foreground of {:.1f} % of the picture", finder, 100 * share);
+  if (share >= options.min_share)
+    return fmt::format("{} found a foreground of {:.1f} % of the picture", finder, 100 * share);
   return fmt::format("{} found nothing that fills {:.1f} % of the picture ({:.2f} %): {}", finder,
                      100 * options.min_share, 100 * share,
                      options.all_when_none ? "everything is foreground" : "there is no foreground");

@@ -12,7 +12,7 @@
 namespace uwv {
 namespace {
 
-constexpr int flows_held = 8;          // pairs whose flow is worked out at once: also bounds memory
+constexpr int flows_held = 8;           // pairs whose flow is worked out at once: also bounds memory
 constexpr int surroundings_reach = 24;  // shrunk pixels around the foreground that its colours are held against
 
 struct Shrunk {
@@ -142,7 +142,8 @@ class Propagation {
         const float carried = std::clamp(p, 0.03F, 0.97F);
         // Contradictory flow is still better than none: it is mostly wrong by a few pixels.
         const float trust = doubted.at<std::uint8_t>(y, x) != 0 ? 0.35F : 1.0F;
-        const float odds = trust * std::log(carried / (1 - carried)) + weight * colours_.log_odds(now.colour.at<cv::Vec3b>(y, x));
+        const float odds =
+            trust * std::log(carried / (1 - carried)) + weight * colours_.log_odds(now.colour.at<cv::Vec3b>(y, x));
         p = 1 / (1 + std::exp(-odds));
       }
     const cv::Mat followed = follow_edges(now.grey, soft_);
@@ -228,8 +229,9 @@ std::string PropagationResult::brief() const {
     last = static_cast<double>(masks.back().count()) / pixels;
   }
   for (const double share : doubt) doubted = std::max(doubted, share);
-  return fmt::format("foreground followed through {} frames: {:.1f} % of the first, {:.1f} % of the last, at most {:.0f} % doubted",
-                     masks.size(), 100 * first, 100 * last, 100 * doubted);
+  return fmt::format(
+      "foreground followed through {} frames: {:.1f} % of the first, {:.1f} % of the last, at most {:.0f} % doubted",
+      masks.size(), 100 * first, 100 * last, 100 * doubted);
 }
 
 PropagationResult propagate_foreground(std::span<const ImageRgb> frames, const ForegroundMask& first,

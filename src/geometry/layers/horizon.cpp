@@ -12,10 +12,10 @@ namespace {
 
 constexpr double degree = 3.14159265358979323846 / 180;
 constexpr std::size_t most_segments = 150;  // pairs grow with the square
-constexpr double agreement = 1 * degree;  // of a segment with the direction to the vanishing point, and
-constexpr double end_error = 0.5;         // pixels by which the segment's ends may be off
+constexpr double agreement = 1 * degree;    // of a segment with the direction to the vanishing point, and
+constexpr double end_error = 0.5;           // pixels by which the segment's ends may be off
 constexpr std::size_t fewest_votes = 8;
-constexpr double least_share = 0.35;        // of the weight of all oblique segments
+constexpr double least_share = 0.35;  // of the weight of all oblique segments
 
 struct Segment {
   cv::Point2d middle, direction;
@@ -60,7 +60,8 @@ double support(const std::vector<Segment>& segments, const cv::Point2d& point, s
     const cv::Point2d to = point - s.middle;
     const double distance = std::hypot(to.x, to.y);
     // A point on the segment itself is no end of it.
-    const double error = std::fabs(to.cross(s.direction)) / ((std::sin(agreement) + 2 * end_error / s.length) * std::max(distance, 1e-9));
+    const double error = std::fabs(to.cross(s.direction)) /
+                         ((std::sin(agreement) + 2 * end_error / s.length) * std::max(distance, 1e-9));
     if (distance < 0.55 * s.length || error > 1) continue;
     sum += weight(s) * (1 - error * error);
     (s.direction.x * s.direction.y > 0 ? left : right) += 1;

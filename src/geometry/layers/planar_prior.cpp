@@ -138,7 +138,8 @@ void PlanarPriorOptions::check() const {
 
 std::string PlanarPriorResult::brief() const {
   return fmt::format(
-      "depth assumed: ground from row {:.0f} ({}), horizon {:.0f} ({}), backdrop at {:.3g}, foreground {:.1f} %, sky {:.1f} %",
+      "depth assumed: ground from row {:.0f} ({}), horizon {:.0f} ({}), backdrop at {:.3g}, foreground {:.1f} %, sky "
+      "{:.1f} %",
       backdrop_row, to_string(backdrop_from), horizon_row, to_string(horizon_from), backdrop_distance,
       100 * foreground_share, 100 * sky_share);
 }
@@ -156,8 +157,9 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
 
   ForegroundMask covered;
   const std::size_t shown = options.locked_off ? frames.size() : 1;
-  const ImageRgb backdrop = layers::backdrop_picture(
-      frames.first(shown), foreground.empty() ? foreground : foreground.first(shown), options.backdrop_samples, covered);
+  const ImageRgb backdrop =
+      layers::backdrop_picture(frames.first(shown), foreground.empty() ? foreground : foreground.first(shown),
+                               options.backdrop_samples, covered);
   const auto sky_of = [&](const ImageRgb& picture, const ForegroundMask& mask) {
     return options.find_sky ? layers::find_sky(picture, mask) : Image<std::uint8_t>(size);
   };
@@ -168,8 +170,8 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
   result.camera_height = layout.camera_height;
   result.backdrop_distance = layout.backdrop_distance;
   const FrameGeometry behind = layers::backdrop_geometry(layout, sky, options.sky_distance);
-  result.sky_share = static_cast<double>(std::count(sky.pixels().begin(), sky.pixels().end(), 1)) /
-                     static_cast<double>(size.pixels());
+  result.sky_share =
+      static_cast<double>(std::count(sky.pixels().begin(), sky.pixels().end(), 1)) / static_cast<double>(size.pixels());
   monitor.step("prior: backdrop", 1, 1);
 
   std::vector<Pieces> pieces(foreground.size());
@@ -188,9 +190,9 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
       FrameGeometry& frame = result.geometry.frames[f];
       frame = options.locked_off || i == 0
                   ? behind
-                  : layers::backdrop_geometry(
-                        layout, sky_of(frames[f], foreground.empty() ? ForegroundMask() : foreground[f]),
-                        options.sky_distance);
+                  : layers::backdrop_geometry(layout,
+                                              sky_of(frames[f], foreground.empty() ? ForegroundMask() : foreground[f]),
+                                              options.sky_distance);
       if (!foreground.empty()) layers::place_pieces(pieces[f], layout, options, frame);
     }
   });

@@ -14,12 +14,12 @@ namespace {
 
 constexpr float ground_confidence = 0.3F, backdrop_confidence = 0.2F, sky_confidence = 0.1F;
 
-bool sky_coloured(const cv::Vec3f& c) {
+bool looks_like_sky(const cv::Vec3f& c, float rough) {
   const float brightest = std::max({c[0], c[1], c[2]}), darkest = std::min({c[0], c[1], c[2]});
   const bool blue = c[2] > 90 && c[2] >= 1.08F * c[0] && c[2] >= 0.98F * c[1];
   // Overcast is neutral or bluish; white walls in lamp light are warm.
   const bool pale = darkest > 185 && brightest - darkest < 40 && c[2] >= c[0] - 2;
-  return blue || pale;
+  return (blue && rough < 9) || (pale && rough < 4);
 }
 
 /// Standard deviation in a window of 7, the largest of the three channels: sky is smooth where leaves are not.
@@ -121,7 +121,7 @@ Image<std::uint8_t> find_sky(const ImageRgb& picture, const ForegroundMask& fore
   for (int y = 0; y < picture.height(); ++y)
     for (int x = 0; x < picture.width(); ++x) {
       const bool covered = !foreground.empty() && foreground(x, y) != 0;
-      sky(x, y) = !covered && rough.at<float>(y, x) < 9 && sky_coloured(colour.at<cv::Vec3f>(y, x));
+      sky(x, y) = !covered && looks_like_sky(colour.at<cv::Vec3f>(y, x), rough.at<float>(y, x));
     }
   cv::Mat mask = view(sky);
   keep_top(mask);

@@ -28,7 +28,8 @@ void adopt_small(const std::vector<std::int32_t>& new_label, Image<std::int32_t>
   for (int y = 0; y < labels.height(); ++y)
     for (int x = 0; x < labels.width(); ++x)
       if (large.at<std::uint8_t>(y, x) == 0)
-        label_of_zero[static_cast<std::size_t>(nearest.at<int>(y, x))] = new_label[static_cast<std::size_t>(labels(x, y))];
+        label_of_zero[static_cast<std::size_t>(nearest.at<int>(y, x))] =
+            new_label[static_cast<std::size_t>(labels(x, y))];
   for (int y = 0; y < labels.height(); ++y)
     for (int x = 0; x < labels.width(); ++x)
       if (labels(x, y) != 0) labels(x, y) = label_of_zero[static_cast<std::size_t>(nearest.at<int>(y, x))];
@@ -70,7 +71,8 @@ std::vector<double> steady(const std::vector<double>& values, int window) {
   }
   for (int i = 0; i < count; ++i) {
     const std::vector<double> near = around(medians, i);
-    out[static_cast<std::size_t>(i)] = std::accumulate(near.begin(), near.end(), 0.0) / static_cast<double>(near.size());
+    out[static_cast<std::size_t>(i)] =
+        std::accumulate(near.begin(), near.end(), 0.0) / static_cast<double>(near.size());
   }
   return out;
 }

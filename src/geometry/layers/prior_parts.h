@@ -39,8 +39,8 @@ std::optional<double> horizon_from_sky(const Image<std::uint8_t>& sky);
 /// Row, in (horizon, height), at which the colour of whole rows changes most; empty when none stands out.
 std::optional<double> ground_end(const ImageRgb& picture, const ForegroundMask& foreground, double horizon_row);
 
-/// What a locked-off camera sees behind its foreground: the median of what was not foreground in up to `samples` frames,
-/// of everything where it always was. `always` says where that is.
+/// What a locked-off camera sees behind its foreground: the median of what was not foreground in up to `samples`
+/// frames, of everything where it always was. `always` says where that is.
 ImageRgb backdrop_picture(std::span<const ImageRgb> frames, std::span<const ForegroundMask> foreground, int samples,
                           ForegroundMask& always);
 
@@ -51,8 +51,8 @@ FrameGeometry backdrop_geometry(const Layout& layout, const Image<std::uint8_t>&
 struct Piece {
   int first_row = 0, last_row = 0;  ///< Inclusive.
   std::size_t pixels = 0;
-  int track = -1;       ///< The same from frame to frame.
-  double contact = 0;   ///< Row at which it touches the ground, steadied in time.
+  int track = -1;      ///< The same from frame to frame.
+  double contact = 0;  ///< Row at which it touches the ground, steadied in time.
 };
 /// The pieces of one frame; labels are 0 for background, else 1 + index of the piece.
 struct Pieces {

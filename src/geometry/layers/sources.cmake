@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 target_sources(uwv_geometry PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/background_completion.cpp
   ${CMAKE_CURRENT_LIST_DIR}/colour_model.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/completion_parts.cpp
   ${CMAKE_CURRENT_LIST_DIR}/contrast_finder.cpp
   ${CMAKE_CURRENT_LIST_DIR}/foreground.cpp
   ${CMAKE_CURRENT_LIST_DIR}/foreground_propagation.cpp

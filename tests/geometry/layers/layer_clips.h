@@ -16,15 +16,18 @@ struct Clip {
 };
 
 struct Motion {
-  double speed = 3;      ///< Pixels a frame, to the right, against the wall.
-  double growth = 1;     ///< Of the radius, a frame.
-  double pan = 0;        ///< Pixels a frame by which wall and disc move together.
-  double exposure = 1;   ///< Of brightness, a frame.
+  double speed = 3;     ///< Pixels a frame, to the right, against the wall.
+  double growth = 1;    ///< Of the radius, a frame.
+  double pan = 0;       ///< Pixels a frame by which wall and disc move together.
+  double exposure = 1;  ///< Of brightness, a frame.
 };
 
-inline Rgb8 shade(double u, double v, double phase, double r, double g, double b) {
-  const double wave = std::sin(0.31 * u + phase) + std::sin(0.23 * v + 0.11 * u) + std::sin(0.17 * u - 0.29 * v + 2 * phase);
-  const auto value = [&](double mean) { return static_cast<std::uint8_t>(std::clamp(mean + 14 * wave, 0.0, 255.0)); };
+inline Rgb8 shade(double u, double v, double phase, double r, double g, double b, double gain = 1) {
+  const double wave =
+      std::sin(0.31 * u + phase) + std::sin(0.23 * v + 0.11 * u) + std::sin(0.17 * u - 0.29 * v + 2 * phase);
+  const auto value = [&](double mean) {
+    return static_cast<std::uint8_t>(std::clamp(gain * (mean + 14 * wave), 0.0, 255.0));
+  };
   return {value(r), value(g), value(b)};
 }
 
@@ -39,7 +42,7 @@ inline Clip sprite(Size size, int frames, const Motion& motion) {
       for (int x = 0; x < size.width; ++x) {
         const double dx = x + 0.5 - cx, dy = y + 0.5 - cy;
         const bool inside = std::hypot(dx, dy) < radius;
-        wall(x, y) = shade(x - motion.pan * i, y, 0, 70 * gain, 95 * gain, 120 * gain);
+        wall(x, y) = shade(x - motion.pan * i, y, 0, 70, 95, 120, gain);
         frame(x, y) = inside ? shade(dx, dy, 1, 190, 110, 60) : wall(x, y);
         mask(x, y) = inside;
       }

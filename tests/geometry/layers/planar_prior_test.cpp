@@ -109,7 +109,8 @@ TEST(PlanarPrior, LockedOffBackdropDoesNotFlicker) {
   }
 }
 
-/// A floor 1.6 below the camera, of pale tiles with dark joints, up to a grey wall 12 away; the mean of 3x3 rays a pixel.
+/// A floor 1.6 below the camera, of pale tiles with dark joints, up to a grey wall 12 away; the mean of 3x3 rays a
+/// pixel.
 ImageRgb tiled_floor(Size size, const Intrinsics& k, double pitch) {
   ImageRgb out(size);
   for (int y = 0; y < size.height; ++y)
@@ -144,9 +145,9 @@ TEST(PlanarPrior, FindsSkyAndEndOfGround) {
   ImageRgb picture(size);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
-      picture(x, y) = y < 90 ? Rgb8{120, 170, 235}
-                    : y < 150 ? Rgb8{static_cast<std::uint8_t>(60 + (x * 31 + y * 17) % 60), 60, 40}
-                              : Rgb8{70, static_cast<std::uint8_t>(140 + (x * 7 + y * 5) % 9), 60};
+      picture(x, y) = y < 90    ? Rgb8{120, 170, 235}
+                      : y < 150 ? Rgb8{static_cast<std::uint8_t>(60 + (x * 31 + y * 17) % 60), 60, 40}
+                                : Rgb8{70, static_cast<std::uint8_t>(140 + (x * 7 + y * 5) % 9), 60};
   const PlanarPriorResult result = prior_of({picture}, {});
   EXPECT_EQ(result.horizon_from, LayoutCue::sky);
   EXPECT_NEAR(result.horizon_row, 90, 4);

@@ -80,7 +80,8 @@ ErrorCode code_of(const std::string& path) {
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / (name + std::to_string(::testing::UnitTest::GetInstance()->random_seed()))) {}
+      : path_(std::filesystem::temp_directory_path() /
+              (name + std::to_string(::testing::UnitTest::GetInstance()->random_seed()))) {}
   ~TemporaryFile() { std::filesystem::remove(path_); }
   std::string path() const { return path_.string(); }
 

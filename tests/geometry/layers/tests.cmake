@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 uwv_add_test(geometry_layers
   SOURCES
+    layers/background_completion_test.cpp
     layers/foreground_propagation_test.cpp
     layers/foreground_test.cpp
     layers/planar_prior_test.cpp
