@@ -8,6 +8,7 @@
 #include "pipeline/clip_foreground.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
+#include "uwv/geometry/background_completion.h"
 #include "uwv/geometry/moving_objects.h"
 #include "uwv/geometry/planar_prior.h"
 #include "uwv/geometry/scene_profile.h"
@@ -137,6 +138,7 @@ class Estimation {
   }
 
   void place_moving(const MovingPixels& moving) {
+    result_.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
     const MovingDepthSummary placed = fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_,
                                                         result_.scene.frames);
     result_.facts["moving_depth"] = {{"objects", placed.objects.size()},
@@ -170,8 +172,9 @@ class Estimation {
         result_.scene.cameras[i].world_from_cam = sfm_.cameras[i].world_from_cam;
       result_.scene.cameras_from = GeometryProvider::sfm;
     }
-    result_.foreground = std::move(foreground.masks);
     result_.facts["foreground"] = foreground.note;
+    complete_behind(foreground.masks, prior_options, prior);
+    result_.foreground = std::move(foreground.masks);
     result_.facts["planar_prior"] = {{"horizon_row", prior.horizon_row},
                                      {"horizon_from", to_string(prior.horizon_from)},
                                      {"backdrop_row", prior.backdrop_row},
@@ -185,6 +188,26 @@ class Estimation {
                                 "--fx",
                                 assumed_fov_deg));
     monitor_.warn(fmt::format("depth is a prior, not a measurement ({}): give --depth for real depth", sfm_.reason));
+  }
+
+  /// The scene without its foreground, laid out like the scene with it.
+  void complete_behind(const std::vector<ForegroundMask>& foreground, PlanarPriorOptions layout,
+                       const PlanarPriorResult& with_foreground) {
+    if (foreground.empty() || !options_.layers) {
+      result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --no-layers";
+      return;
+    }
+    CompletionOptions completion;
+    completion.camera_moves = sfm_.motion == ClipMotion::turning;
+    BackgroundClip background = complete_background(frames_, foreground, completion, pool_, monitor_);
+    layout.horizon_row = with_foreground.horizon_row;
+    layout.backdrop_row = with_foreground.backdrop_row;
+    PlanarPriorResult behind = planar_prior(background.frames, {}, lens(), layout, pool_, monitor_);
+    result_.background.colour = std::move(background.frames);
+    for (FrameGeometry& frame : behind.geometry.frames) result_.background.depth.push_back(std::move(frame.depth));
+    result_.facts["background"] = {{"seen_in_other_frames_share", background.share_seen},
+                                   {"invented_share", background.share_invented},
+                                   {"notes", background.notes}};
   }
 
   void bring_to_scale() {

@@ -73,6 +73,7 @@ std::vector<Option> geometry_options() {
       option("geometry", &O::geometry, "NAME",
              "where depth comes from: auto, import (--depth), sfm (measured from the camera's motion) or prior (layers "
              "on a ground plane, an assumption)"),
+      option("layers", &O::layers, "", "show the estimated background where the foreground has moved out of the way"),
       option("saliency_model", &O::saliency_model, "FILE",
              "prior: u2netp.onnx, which finds the foreground; unset: .cache/models, else a method by contrast"),
       option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
@@ -106,8 +107,7 @@ std::vector<Option> path_options() {
 
 std::vector<Option> render_options() {
   return {
-      option("layers", &O::layers, "", "show the estimated background where the foreground has moved out of the way"),
-      option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
+option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
       option("gl", &O::gl, "NAME", "which headless GL: auto, egl or osmesa"),
       option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
       option("visibility", &O::visibility, "NAME", "none (naive), ztest (a pass fewer) or reproject (the paper's)"),

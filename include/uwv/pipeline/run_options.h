@@ -89,6 +89,7 @@ struct RunOptions {
 
   // -- geometry, where no depth is given -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
+  bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
   std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
                                ///< it a contrast method does.
   int max_features = SfmOptions{}.max_features;
@@ -112,7 +113,6 @@ struct RunOptions {
   std::optional<double> radius_scale;  ///< Scales offsets of the path. Unset: the file's.
 
   // -- rendering -----------------------------------------------------------------------------------------------------
-  bool layers = true;  ///< Where the geometry has a background layer, let it show through what the first cloud leaves.
   RendererChoice renderer = RendererChoice::automatic;
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
   Kernel kernel = OcclusionOptions{}.kernel;
