@@ -41,6 +41,7 @@ endif()
 
 add_library(uwv_torch INTERFACE IMPORTED GLOBAL)
 set_target_properties(uwv_torch PROPERTIES
+  UWV_ROOT "${uwv_torch_root}"
   # torch brings a copy of fmt's headers without a library to link; what includes torch carries that fmt inside.
   INTERFACE_COMPILE_DEFINITIONS "_GLIBCXX_USE_CXX11_ABI=1;FMT_HEADER_ONLY=1"
   INTERFACE_INCLUDE_DIRECTORIES "${uwv_torch_root}/include;${uwv_torch_root}/include/torch/csrc/api/include"

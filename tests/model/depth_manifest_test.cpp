@@ -79,7 +79,7 @@ TEST(DepthManifest, names_the_nearest_known_word) {
   EXPECT_THAT(complaint(R"({"format": 1, "kind": "points", "input": {"resize": "area", "pixels": 9, "chanels": "rgb"}})"),
               HasSubstr("/input/chanels is not a known key (did you mean 'channels'?)"));
   EXPECT_THAT(complaint(std::string(R"({"format": 1, "kind": "inverse_depth", )") + input + R"(, "outputs": {"depth": 0}})"),
-              HasSubstr("did you mean 'inverse_depth'?"));
+              HasSubstr("/outputs/depth is not a known key; one of inverse_depth, confidence, mask is wanted"));
 }
 
 TEST(DepthManifest, says_what_is_missing) {

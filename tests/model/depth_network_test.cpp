@@ -141,7 +141,7 @@ def forward(self, x):
     z = 3.0 + u * u * 4.0 + v
     points = torch.stack([u / 1.2 * z, v / 1.2 * z, z - 0.7], 2) * 0.5
     normal = torch.stack([u * 0.0, u * 0.0, u * 0.0 + 2.0], 2)
-    mask = (v < 0.3).to(torch.float)
+    mask = (v < 0.3) * 1.0
     points[0, 0, 0] = float('nan')
     return points.unsqueeze(0), normal.unsqueeze(0), mask.unsqueeze(0), torch.tensor([2.0])
 )";

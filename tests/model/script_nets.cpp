@@ -14,7 +14,7 @@ void save_script(const std::string& path, const std::string& source) {
 }
 
 void save_tensor_only(const std::string& path) {
-  const std::vector<char> bytes = torch::pickle_save(torch::ones({2, 2}));
+  const std::vector<char> bytes = torch::jit::pickle_save(torch::ones({2, 2}));
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
