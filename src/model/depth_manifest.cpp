@@ -27,10 +27,11 @@ Enum choice(const JsonNode& node, const std::array<std::pair<std::string_view, E
   return choices.front().second;  // not reached: text() refuses other words
 }
 
-constexpr std::array<std::pair<std::string_view, NetworkKind>, 4> kinds{{{"metric_depth", NetworkKind::metric_depth},
-                                                                         {"inverse_depth", NetworkKind::inverse_depth},
-                                                                         {"points", NetworkKind::points},
-                                                                         {"depth_and_pose", NetworkKind::depth_and_pose}}};
+constexpr std::array<std::pair<std::string_view, NetworkKind>, 4> kinds{
+    {{"metric_depth", NetworkKind::metric_depth},
+     {"inverse_depth", NetworkKind::inverse_depth},
+     {"points", NetworkKind::points},
+     {"depth_and_pose", NetworkKind::depth_and_pose}}};
 constexpr std::array<std::pair<std::string_view, SizeRule>, 5> size_rules{{{"fixed", SizeRule::fixed},
                                                                            {"shorter_side", SizeRule::shorter_side},
                                                                            {"longer_side", SizeRule::longer_side},
@@ -43,9 +44,8 @@ constexpr std::array<std::pair<std::string_view, InputFilter>, 4> filters{{{"bil
                                                                            {"area", InputFilter::area},
                                                                            {"lanczos", InputFilter::lanczos}}};
 constexpr std::array<std::pair<std::string_view, bool>, 2> channel_orders{{{"rgb", false}, {"bgr", true}}};
-constexpr std::array<std::pair<std::string_view, TensorType>, 3> dtypes{{{"float32", TensorType::float32},
-                                                                         {"bfloat16", TensorType::bfloat16},
-                                                                         {"float16", TensorType::float16}}};
+constexpr std::array<std::pair<std::string_view, TensorType>, 3> dtypes{
+    {{"float32", TensorType::float32}, {"bfloat16", TensorType::bfloat16}, {"float16", TensorType::float16}}};
 constexpr std::array<std::pair<std::string_view, ConfidenceRule>, 3> confidence_rules{
     {{"unit", ConfidenceRule::unit}, {"logit", ConfidenceRule::logit}, {"from_one", ConfidenceRule::from_one}}};
 constexpr std::array<std::pair<std::string_view, bool>, 2> mask_rules{{{"probability", false}, {"logit", true}}};
@@ -69,7 +69,8 @@ void read_size_rule(const JsonNode& node, InputRule& rule) {
       node.complain(fmt::format("'{}' has no meaning with this 'resize', which goes with '{}'", key, wanted));
   if (wanted == "size") {
     const auto sides = node["size"].elements(2, 2, "an array [width, height]");
-    rule.size = {static_cast<int>(sides[0].integer(1, largest_side)), static_cast<int>(sides[1].integer(1, largest_side))};
+    rule.size = {static_cast<int>(sides[0].integer(1, largest_side)),
+                 static_cast<int>(sides[1].integer(1, largest_side))};
   } else if (wanted == "pixels") {
     rule.pixels = static_cast<double>(node["pixels"].integer(1, largest_side * largest_side));
   } else {
@@ -192,7 +193,8 @@ WindowRule read_window(const JsonNode& node, const DepthManifest& manifest) {
     if (node.has("blend")) window.blend = static_cast<int>(node["blend"].integer(1, window.overlap));
     const auto count = static_cast<std::size_t>(window.overlap);
     const auto list = node["keyframes"].elements(count, count, fmt::format("an array of 'overlap' = {} frames", count));
-    for (const JsonNode& frame : list) window.keyframes.push_back(static_cast<int>(frame.integer(0, window.frames - 1)));
+    for (const JsonNode& frame : list)
+      window.keyframes.push_back(static_cast<int>(frame.integer(0, window.frames - 1)));
   } else {
     if (node.has("blend")) node["blend"].complain("needs 'keyframes': without them, all of the overlap is blended");
     for (int i = 0; i < window.overlap; ++i) window.keyframes.push_back(window.step() + i);

@@ -21,10 +21,10 @@ enum class ConfidenceRule { unit, logit, from_one };
 
 struct InputRule {
   SizeRule size_rule = SizeRule::longer_side;
-  int side = 0;           ///< For shorter_side, longer_side, width.
-  Size size;              ///< For fixed.
-  double pixels = 0;      ///< For area.
-  int multiple_of = 1;    ///< Both sides become multiples of it.
+  int side = 0;         ///< For shorter_side, longer_side, width.
+  Size size;            ///< For fixed.
+  double pixels = 0;    ///< For area.
+  int multiple_of = 1;  ///< Both sides become multiples of it.
   Rounding rounding = Rounding::nearest;
   double limit_aspect = 0;  ///< For shorter_side: pictures longer than this get a smaller side; 0 = no limit.
   InputFilter filter = InputFilter::bicubic;

@@ -173,8 +173,7 @@ void remark(const std::vector<FrameReading>& readings, DepthNetworkResult& resul
     monitor.warn(sentence);
     result.notes.push_back(std::move(sentence));
   };
-  if (empty > 0)
-    say(fmt::format("the depth network knows no depth at all in {} of {} frames", empty, readings.size()));
+  if (empty > 0) say(fmt::format("the depth network knows no depth at all in {} of {} frames", empty, readings.size()));
   if (broken > 0)
     say(fmt::format("the depth network gave NaN or infinity for {} of {} pixels; they are unknown", broken, pixels));
   if (shaky > 0)
@@ -188,10 +187,11 @@ DepthNetworkResult TorchDepthNetwork::run(std::span<const ImageRgb> frames, cons
   const auto start = std::chrono::steady_clock::now();
   DepthNetworkResult result;
   result.meaning = meaning();
-  const Job job{frames, common_size(frames), options, options.threads > 0 ? options.threads : pool.size(), monitor, result};
-  std::vector<FrameReading> readings = manifest_.window                 ? in_windows(job)
+  const Job job{frames, common_size(frames), options, options.threads > 0 ? options.threads : pool.size(), monitor,
+                result};
+  std::vector<FrameReading> readings = manifest_.window                ? in_windows(job)
                                        : manifest_.input.takes_clips() ? all_at_once(job)
-                                                                        : each_alone(job);
+                                                                       : each_alone(job);
   remark(readings, result, monitor);
   deliver(job, std::move(readings), pool);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -220,18 +220,19 @@ std::unique_ptr<DepthNetwork> open_depth_network(const std::string& folder) {
   const std::filesystem::path path(folder);
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored))
-    fail(ErrorCode::file_not_found, "{}: is no folder; a depth network is a folder with manifest.json and a TorchScript file",
-         folder);
+    fail(ErrorCode::file_not_found,
+         "{}: is no folder; a depth network is a folder with manifest.json and a TorchScript file", folder);
   const std::string manifest_path = (path / "manifest.json").string();
   if (!std::filesystem::exists(manifest_path, ignored))
     fail(ErrorCode::file_not_found,
-         "{}: is missing; it says what goes into the network and what comes out, see docs/depth-models.md", manifest_path);
+         "{}: is missing; it says what goes into the network and what comes out, see docs/depth-models.md",
+         manifest_path);
   DepthManifest manifest = read_depth_manifest(manifest_path);
   if (manifest.name.empty()) manifest.name = std::filesystem::absolute(path).lexically_normal().filename().string();
   const std::string model_path = (path / manifest.model).string();
   if (!std::filesystem::exists(model_path, ignored))
-    fail(ErrorCode::file_not_found, "{}: is missing; put the exported network there or change 'model' in {}", model_path,
-         manifest_path);
+    fail(ErrorCode::file_not_found, "{}: is missing; put the exported network there or change 'model' in {}",
+         model_path, manifest_path);
   return std::make_unique<TorchDepthNetwork>(std::move(manifest), model_path);
 }
 

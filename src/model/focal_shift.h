@@ -15,8 +15,8 @@ struct FocalShift {
   bool shift_known = true;
 };
 
-/// Minimises |f * xy / (z + s) - uv| over at most 64x64 of the known points (known > 0); f has a closed form for each s.
-/// focal is 0 when fewer than 8 points are known or no positive focal fits.
+/// Minimises |f * xy / (z + s) - uv| over at most 64x64 of the known points (known > 0); f has a closed form for each
+/// s. focal is 0 when fewer than 8 points are known or no positive focal fits.
 FocalShift recover_focal_shift(const VectorMap& points, const FloatMap& known, Size frame);
 
 }  // namespace uwv::model

@@ -30,8 +30,8 @@ void same_size(const char* role, Size found, Size wanted, const ReadingContext& 
 }
 
 /// Confidence where the network's mask and confidence keep a pixel, else 0.
-std::vector<FloatMap> confidences(const DepthManifest& manifest, const NetworkOutput& output, Size size, std::size_t frames,
-                                  const ReadingContext& context) {
+std::vector<FloatMap> confidences(const DepthManifest& manifest, const NetworkOutput& output, Size size,
+                                  std::size_t frames, const ReadingContext& context) {
   std::vector<FloatMap> maps;
   if (output.has("confidence")) {
     maps = output.maps("confidence");
@@ -91,7 +91,8 @@ FrameReading point_reading(const VectorMap& points, FloatMap known, double scale
     const FocalShift fit = recover_focal_shift(points, known, context.frame);
     if (!(fit.focal > 0))
       fail(ErrorCode::value_invalid,
-           "{}: no focal length fits its points; x right, y down, z forward is wanted, and another output may be the points",
+           "{}: no focal length fits its points; x right, y down, z forward is wanted, and another output may be the "
+           "points",
            context.model_path);
     for (std::size_t i = 0; i < depth.pixels().size(); ++i)
       depth.data()[i] = static_cast<float>((static_cast<double>(points.data()[i].z()) + fit.shift) * scale);
@@ -154,7 +155,8 @@ void read_intrinsics(const NetworkOutput& output, const ReadingContext& context,
     const auto& k = matrices[i];
     const Intrinsics seen{k[0], k[4], k[2], k[5]};
     if (!(seen.fx > 0 && seen.fy > 0))
-      fail(ErrorCode::value_invalid, "{}: the focal lengths of its output 'intrinsics' are {} and {}; positive ones are wanted",
+      fail(ErrorCode::value_invalid,
+           "{}: the focal lengths of its output 'intrinsics' are {} and {}; positive ones are wanted",
            context.model_path, seen.fx, seen.fy);
     readings[i].intrinsics = seen.resized(context.input, context.frame);
   }
@@ -168,8 +170,8 @@ std::vector<FrameReading> read_output(const DepthManifest& manifest, const Netwo
   if (manifest.kind == NetworkKind::points)
     readings = point_readings(manifest, output, context);
   else
-    readings = depth_readings(manifest, output,
-                              manifest.kind == NetworkKind::inverse_depth ? "inverse_depth" : "depth", context);
+    readings = depth_readings(manifest, output, manifest.kind == NetworkKind::inverse_depth ? "inverse_depth" : "depth",
+                              context);
   for (FrameReading& reading : readings) drop_unusable(manifest, reading);
   if (output.has("normals")) read_normals(output, readings);
   if (output.has("pose")) read_poses(manifest, output, context, readings);

@@ -18,8 +18,8 @@ struct FrameReading {
   VectorMap normals;
   std::optional<Intrinsics> intrinsics;
   std::optional<Rigid3> world_from_cam;
-  std::size_t not_finite = 0;   ///< Pixels that were NaN or infinite though the network's own mask, if any, kept them.
-  bool shift_unknown = false;   ///< The points say nothing of the depth shift.
+  std::size_t not_finite = 0;  ///< Pixels that were NaN or infinite though the network's own mask, if any, kept them.
+  bool shift_unknown = false;  ///< The points say nothing of the depth shift.
 };
 
 struct ReadingContext {

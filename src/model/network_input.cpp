@@ -10,6 +10,9 @@
 namespace uwv::model {
 namespace {
 
+/// 8 GiB of floats in one call.
+constexpr std::int64_t most_numbers = std::int64_t{1} << 31;
+
 int rounded(double side, const InputRule& rule) {
   const double steps = side / rule.multiple_of;
   // A side that is a multiple but for rounding stays what it is.
@@ -88,14 +91,22 @@ FloatTensor network_input(const InputRule& rule, std::span<const FloatTensor* co
   FloatTensor input;
   std::int64_t c_stride = 0, h_stride = 0, w_stride = 0, stride = 1;
   for (auto letter = rule.layout.rbegin(); letter != rule.layout.rend(); ++letter) {
-    const std::int64_t extent = *letter == 'C' ? c_size : *letter == 'H' ? h_size : *letter == 'W' ? w_size
-                                : *letter == 'T' ? count : 1;
+    const std::int64_t extent = *letter == 'C'   ? c_size
+                                : *letter == 'H' ? h_size
+                                : *letter == 'W' ? w_size
+                                : *letter == 'T' ? count
+                                                 : 1;
     if (*letter == 'C') c_stride = stride;
     if (*letter == 'H') h_stride = stride;
     if (*letter == 'W') w_stride = stride;
     stride *= extent;
     input.shape.insert(input.shape.begin(), extent);
   }
+  if (stride > most_numbers)
+    fail(
+        ErrorCode::out_of_memory,
+        "{} frames of {}x{} are too many for one call of the network; give fewer frames, or a 'window' in its manifest",
+        count, w_size, h_size);
   input.values.resize(static_cast<std::size_t>(stride));
   float* out = input.values.data();
   for (const FloatTensor* frame : frames) {

@@ -17,7 +17,8 @@ EncodedCamera decode_pose(std::span<const double> encoding, Size frame, std::str
   const double fov_y = encoding[7], fov_x = encoding[8];
   for (const double fov : {fov_y, fov_x})
     if (!(fov > 0 && fov < std::numbers::pi))
-      fail(ErrorCode::value_invalid, "{}: a field of view is {} radians; more than 0 and less than pi is wanted", what, fov);
+      fail(ErrorCode::value_invalid, "{}: a field of view is {} radians; more than 0 and less than pi is wanted", what,
+           fov);
   EncodedCamera camera;
   const Eigen::Vector4d unit = xyzw.normalized();
   camera.transform.rotation = Eigen::Quaterniond(unit[3], unit[0], unit[1], unit[2]).toRotationMatrix();

@@ -16,13 +16,16 @@
 namespace uwv::model {
 namespace {
 
-constexpr const char* wanted = "a TorchScript archive is wanted: torch.jit.trace(network, example).save(path) makes one";
+/// An output larger than this (8 GiB) is an accident: a tensor expanded without end, or a size the manifest got wrong.
+constexpr std::int64_t most_numbers = std::int64_t{1} << 31;
+
+constexpr const char* wanted =
+    "a TorchScript archive is wanted: torch.jit.trace(network, example).save(path) makes one";
 
 /// torch's message without its back trace, on one line.
 std::string first_words(const std::exception& error) {
   std::string_view text = error.what();
-  if (const auto* torch_error = dynamic_cast<const c10::Error*>(&error))
-    text = torch_error->what_without_backtrace();
+  if (const auto* torch_error = dynamic_cast<const c10::Error*>(&error)) text = torch_error->what_without_backtrace();
   // The interpreter puts the reason last, after a listing of the network's source.
   if (const auto reason = text.rfind("RuntimeError: "); reason != std::string_view::npos) text.remove_prefix(reason);
   while (!text.empty() && (text.front() == '\n' || text.front() == ' ')) text.remove_prefix(1);
@@ -60,7 +63,8 @@ void check_signature(const torch::jit::Module& module, const std::string& path) 
   if (!method) fail(ErrorCode::value_invalid, "{}: has no method 'forward'; {}", path, wanted);
   const auto& arguments = method->function().getSchema().arguments();
   const auto required = std::count_if(arguments.begin(), arguments.end(),
-                                      [](const c10::Argument& argument) { return !argument.default_value(); }) - 1;
+                                      [](const c10::Argument& argument) { return !argument.default_value(); }) -
+                        1;
   if (required > 1 || arguments.size() < 2)
     fail(ErrorCode::value_invalid,
          "{}: forward takes {} inputs, one picture tensor is wanted; export a wrapper that fixes the others", path,
@@ -82,6 +86,9 @@ void append(const c10::IValue& value, const std::string& path, ModuleOutputs& ou
   if (value.isNone()) {
     outputs.tensors.push_back({{0}, {}});
   } else if (value.isTensor() && value.toTensor().defined() && !value.toTensor().is_complex()) {
+    if (value.toTensor().numel() > most_numbers)
+      fail(ErrorCode::value_invalid, "{}: output number {} has {} numbers; at most {} are taken", path,
+           outputs.tensors.size(), value.toTensor().numel(), most_numbers);
     outputs.tensors.push_back(copied(value.toTensor()));
   } else {
     fail(ErrorCode::value_invalid, "{}: output number {} is a {}; tensors of real numbers are wanted", path,
@@ -136,8 +143,9 @@ ScriptModule::ScriptModule(const std::string& path) : path_(path), state_(std::m
     state_->module = torch::jit::load(path, torch::kCPU);
     state_->module.eval();
   } catch (const std::exception& error) {
-    fail(ErrorCode::file_damaged, "{}: torch cannot load it ({}); export it anew with this version of torch or an older one",
-         path, first_words(error));
+    fail(ErrorCode::file_damaged,
+         "{}: torch cannot load it ({}); export it anew with this version of torch or an older one", path,
+         first_words(error));
   }
   check_signature(state_->module, path);
 }
@@ -150,21 +158,27 @@ ModuleOutputs ScriptModule::forward(const FloatTensor& input, TensorType type, i
   const c10::InferenceMode no_gradients;
   // Without this the first two calls run other code than the later ones: slower, and with other rounding.
   const torch::jit::GraphOptimizerEnabledGuard same_code_each_call(false);
-  c10::IValue result;
+  const auto no_memory = [&] {
+    fail(ErrorCode::out_of_memory,
+         "{}: memory ran out for an input of {}; fewer pixels ('input' in the manifest) or frames need less", path_,
+         shape_text(input));
+  };
   try {
-    // The tensor only borrows the memory. Networks that write into their input get a copy of it.
+    // The tensor only borrows the memory; networks that write into their input get a copy of it.
     torch::Tensor tensor = torch::from_blob(const_cast<float*>(input.values.data()), input.shape, torch::kFloat);
-    tensor = tensor.to(scalar_type(type), false, true);
-    result = state_->module.forward({tensor});
+    return unpacked(state_->module.forward({tensor.to(scalar_type(type), false, true)}), path_);
+  } catch (const Error&) {
+    throw;
   } catch (const std::bad_alloc&) {
-    fail(ErrorCode::out_of_memory, "{}: memory ran out for an input of {}; a smaller input/side in the manifest helps",
-         path_, shape_text(input));
+    no_memory();
   } catch (const std::exception& error) {
+    // torch's allocator reports a lack of memory as any other error.
+    if (std::string_view(error.what()).find("DefaultCPUAllocator") != std::string_view::npos) no_memory();
     fail(ErrorCode::value_invalid,
-         "{}: the network failed on an input of {} ({}); compare 'input' in the manifest with how it was exported", path_,
-         shape_text(input), first_words(error));
+         "{}: the network failed on an input of {} ({}); compare 'input' in the manifest with how it was exported",
+         path_, shape_text(input), first_words(error));
   }
-  return unpacked(result, path_);
+  return {};
 }
 
 }  // namespace uwv::model

@@ -16,9 +16,8 @@ std::vector<std::vector<int>> plan_windows(const WindowRule& rule, int frames) {
     for (int i = 0; i < rule.frames; ++i) {
       const bool seen_before = first > 0 && i < rule.overlap;
       window[static_cast<std::size_t>(i)] =
-          seen_before
-              ? windows.back()[static_cast<std::size_t>(rule.keyframes[static_cast<std::size_t>(i)])]
-              : std::min(first + i, frames - 1);
+          seen_before ? windows.back()[static_cast<std::size_t>(rule.keyframes[static_cast<std::size_t>(i)])]
+                      : std::min(first + i, frames - 1);
     }
     windows.push_back(std::move(window));
   }
@@ -104,8 +103,10 @@ ScaleShift WindowJoiner::add(std::vector<KnownMap> window) {
   // The first reference remains the clip's first frame, so that errors do not add up from window to window.
   for (int i = 0; i < rule_.tied(); ++i) {
     const KnownMap& map = window[static_cast<std::size_t>(rule_.keyframes[static_cast<std::size_t>(i)])];
-    if (first) references_.push_back(map);
-    else if (i > 0) references_[static_cast<std::size_t>(i)] = map;
+    if (first)
+      references_.push_back(map);
+    else if (i > 0)
+      references_[static_cast<std::size_t>(i)] = map;
   }
   return fit;
 }

@@ -39,7 +39,8 @@ std::string metric(const std::string& more) {
 }
 
 TEST(DepthManifest, reads_every_field) {
-  const DepthManifest m = accepted(R"({"format": 1, "name": "Video Depth Anything", "model": "vda.ts", "kind": "inverse_depth",
+  const DepthManifest m =
+      accepted(R"({"format": 1, "name": "Video Depth Anything", "model": "vda.ts", "kind": "inverse_depth",
     "input": {"resize": "shorter_side", "side": 518, "multiple_of": 14, "round": "nearest", "limit_aspect": 1.777,
               "filter": "bicubic", "channels": "bgr", "range": [0, 1], "mean": [0.485, 0.456, 0.406],
               "std": [0.229, 0.224, 0.225], "layout": "NTCHW", "dtype": "bfloat16"},
@@ -67,7 +68,8 @@ TEST(DepthManifest, reads_every_field) {
 TEST(DepthManifest, units_follow_the_kind) {
   EXPECT_TRUE(accepted(metric("")).metric);
   EXPECT_FALSE(accepted(metric(R"(, "unit": "relative")")).metric);
-  const std::string points = std::string(R"({"format": 1, "kind": "points", )") + input + R"(, "outputs": {"points": 0)";
+  const std::string points =
+      std::string(R"({"format": 1, "kind": "points", )") + input + R"(, "outputs": {"points": 0)";
   EXPECT_FALSE(accepted(points + "}}").metric);
   EXPECT_TRUE(accepted(points + R"(, "metric_scale": 1}})").metric);
 }
@@ -76,48 +78,61 @@ TEST(DepthManifest, names_the_nearest_known_word) {
   EXPECT_THAT(complaint(metric(R"(, "confidance_rule": "unit")")), HasSubstr("did you mean 'confidence_rule'?"));
   EXPECT_THAT(complaint(R"({"format": 1, "kind": "metric_dept", "input": {}, "outputs": {}})"),
               HasSubstr("did you mean 'metric_depth'?"));
-  EXPECT_THAT(complaint(R"({"format": 1, "kind": "points", "input": {"resize": "area", "pixels": 9, "chanels": "rgb"}})"),
-              HasSubstr("/input/chanels is not a known key (did you mean 'channels'?)"));
-  EXPECT_THAT(complaint(std::string(R"({"format": 1, "kind": "inverse_depth", )") + input + R"(, "outputs": {"depth": 0}})"),
-              HasSubstr("/outputs/depth is not a known key; one of inverse_depth, confidence, mask is wanted"));
+  EXPECT_THAT(
+      complaint(R"({"format": 1, "kind": "points", "input": {"resize": "area", "pixels": 9, "chanels": "rgb"}})"),
+      HasSubstr("/input/chanels is not a known key (did you mean 'channels'?)"));
+  EXPECT_THAT(
+      complaint(std::string(R"({"format": 1, "kind": "inverse_depth", )") + input + R"(, "outputs": {"depth": 0}})"),
+      HasSubstr("/outputs/depth is not a known key; one of inverse_depth, confidence, mask is wanted"));
 }
 
 TEST(DepthManifest, says_what_is_missing) {
   EXPECT_THAT(complaint("{}"), HasSubstr("'format' is missing"));
   EXPECT_THAT(complaint(R"({"format": 1})"), HasSubstr("'kind' is missing"));
-  EXPECT_THAT(complaint(R"({"format": 1, "kind": "points", "input": {"resize": "fixed"}})"), HasSubstr("'size' is missing"));
-  EXPECT_THAT(complaint(std::string(R"({"format": 1, "kind": "depth_and_pose", )") + input + R"(, "outputs": {"depth": 0}})"),
-              HasSubstr("'pose' is missing"));
+  EXPECT_THAT(complaint(R"({"format": 1, "kind": "points", "input": {"resize": "fixed"}})"),
+              HasSubstr("'size' is missing"));
+  EXPECT_THAT(
+      complaint(std::string(R"({"format": 1, "kind": "depth_and_pose", )") + input + R"(, "outputs": {"depth": 0}})"),
+      HasSubstr("'pose' is missing"));
 }
 
 TEST(DepthManifest, refuses_values_that_cannot_be) {
   for (const char* side : {"0", "-5", "1e9", "99999", "\"518\"", "2.5", "null", "[518]"})
-    EXPECT_THAT(complaint(std::string(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": )") +
-                          side + R"(}, "outputs": {"depth": 0}})"),
-                HasSubstr("/input/side is"))
+    EXPECT_THAT(
+        complaint(std::string(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": )") + side +
+                  R"(}, "outputs": {"depth": 0}})"),
+        HasSubstr("/input/side is"))
         << side;
   EXPECT_THAT(complaint(R"({"format": 2})"), HasSubstr("/format"));
-  EXPECT_THAT(complaint(metric(R"(, "model": "../../etc/passwd")")), HasSubstr("the name of a file beside the manifest"));
+  EXPECT_THAT(complaint(metric(R"(, "model": "../../etc/passwd")")),
+              HasSubstr("the name of a file beside the manifest"));
   EXPECT_THAT(complaint(metric(R"(, "mask_threshold": 0.5)")), HasSubstr("without 'outputs/mask'"));
   for (const char* layout : {"HW", "NCHWC", "CTHW", "NCHWX", "", "NNCHW"})
-    EXPECT_THAT(complaint(std::string(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "layout": ")") +
-                          layout + R"("}, "outputs": {"depth": 0}})"),
-                HasSubstr("/input/layout"))
+    EXPECT_THAT(
+        complaint(std::string(
+                      R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "layout": ")") +
+                  layout + R"("}, "outputs": {"depth": 0}})"),
+        HasSubstr("/input/layout"))
         << layout;
-  EXPECT_THAT(complaint(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "std": [1, 0, 1]},
+  EXPECT_THAT(
+      complaint(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "std": [1, 0, 1]},
                           "outputs": {"depth": 0}})"),
-              HasSubstr("/input/std/1"));
-  EXPECT_THAT(complaint(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "size": [3, 3]}})"),
-              HasSubstr("'size' has no meaning"));
+      HasSubstr("/input/std/1"));
+  EXPECT_THAT(
+      complaint(R"({"format": 1, "kind": "metric_depth", "input": {"resize": "width", "side": 9, "size": [3, 3]}})"),
+      HasSubstr("'size' has no meaning"));
 }
 
 TEST(DepthManifest, refuses_windows_whose_frames_do_not_meet) {
   const auto with = [](const std::string& window) {
     return R"({"format": 1, "kind": "inverse_depth", "input": {"resize": "width", "side": 9, "layout": "NTCHW"},
-             "outputs": {"inverse_depth": 0}, "window": )" + window + "}";
+             "outputs": {"inverse_depth": 0}, "window": )" +
+           window + "}";
   };
-  EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 3, "blend": 2, "keyframes": [1, 6, 7]})")), HasSubstr("begin with 0"));
-  EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 3, "blend": 2, "keyframes": [0, 5, 7]})")), HasSubstr("6 to 7"));
+  EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 3, "blend": 2, "keyframes": [1, 6, 7]})")),
+              HasSubstr("begin with 0"));
+  EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 3, "blend": 2, "keyframes": [0, 5, 7]})")),
+              HasSubstr("6 to 7"));
   EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 3, "keyframes": [0, 7]})")), HasSubstr("'overlap' = 3"));
   EXPECT_THAT(complaint(with(R"({"frames": 8, "overlap": 5})")), HasSubstr("/window/overlap"));
   EXPECT_THAT(complaint(with(R"({"frames": 1000000000, "overlap": 5})")), HasSubstr("/window/frames"));

@@ -62,7 +62,8 @@ TEST(DepthNetworkFiles, that_hold_weights_only_are_told_apart) {
   folder.write("manifest.json", manifest);
   test::save_tensor_only(folder.file("model.ts"));
   EXPECT_THAT(complaint(folder.path().string(), ErrorCode::format_unknown), HasSubstr("torch.save"));
-  EXPECT_THAT(with_model_bytes(std::string("\x80\x02}q\x00.", 6), ErrorCode::format_unknown), HasSubstr("Python pickle"));
+  EXPECT_THAT(with_model_bytes(std::string("\x80\x02}q\x00.", 6), ErrorCode::format_unknown),
+              HasSubstr("Python pickle"));
   EXPECT_THAT(with_model_bytes(std::string("\x40\0\0\0\0\0\0\0{\"a\":1}", 15), ErrorCode::format_unknown),
               HasSubstr("safetensors"));
   EXPECT_THAT(with_model_bytes("GIF89a", ErrorCode::format_unknown), HasSubstr("not a zip archive"));
@@ -100,12 +101,16 @@ TEST(DepthNetworkSignature, of_another_kind_is_explained) {
               AllOf(HasSubstr("failed on an input of [1, 3, 6, 8]"), HasSubstr("compare 'input'")));
   EXPECT_THAT(with_script("def forward(self, x):\n    assert x.size(2) == 518, 'only 518'\n    return x[:, 0]\n"),
               HasSubstr("only 518"));
+  EXPECT_THAT(with_script("def forward(self, x):\n    return x[0, 0].to_sparse()\n"), HasSubstr("failed on an input"));
+  EXPECT_THAT(with_script("def forward(self, x):\n    return torch.zeros([1]).expand([1, 60000, 60000])\n"),
+              HasSubstr("3600000000 numbers"));
 }
 
 TEST(DepthNetworkSignature, outputs_that_are_not_as_promised_are_named_with_their_shape) {
   EXPECT_THAT(with_script("def forward(self, x):\n    return x\n"), HasSubstr("has the shape [1, 3, 6, 8]"));
   EXPECT_THAT(with_script("def forward(self, x):\n    return x.sum()\n"), HasSubstr("has the shape []"));
-  EXPECT_THAT(with_script("def forward(self, x):\n    return torch.zeros([0, 4])\n"), HasSubstr("has the shape [0, 4]"));
+  EXPECT_THAT(with_script("def forward(self, x):\n    return torch.zeros([0, 4])\n"),
+              HasSubstr("has the shape [0, 4]"));
   EXPECT_THAT(with_script("def forward(self, x):\n    return {'d': x[:, 0]}\n"), HasSubstr("a dictionary with d"));
   const char* second = R"({"format": 1, "kind": "metric_depth", "input": {"resize": "fixed", "size": [8, 6]},
     "outputs": {"depth": 1}})";

@@ -25,8 +25,8 @@ std::vector<ImageRgb> grey_frames(Size size, int count) {
   return frames;
 }
 
-DepthNetworkResult run(const NetFolder& net, const std::vector<ImageRgb>& frames, test::RecordingMonitor* monitor = nullptr,
-                       int threads = 1) {
+DepthNetworkResult run(const NetFolder& net, const std::vector<ImageRgb>& frames,
+                       test::RecordingMonitor* monitor = nullptr, int threads = 1) {
   ThreadPool pool(threads);
   test::RecordingMonitor unheard;
   return open_depth_network(net.path())->run(frames, {}, pool, monitor != nullptr ? *monitor : unheard);
@@ -67,8 +67,9 @@ TEST(DepthNetwork, gives_the_same_bits_on_any_number_of_threads) {
 }
 
 TEST(DepthNetwork, takes_dictionaries_channels_last_and_half_weights) {
-  const NetFolder net("def forward(self, x):\n    return {'d': x[:, :, :, 0:1] * 2.0 + 1.0, 'other': x}\n",
-                      R"({"format": 1, "kind": "metric_depth", "unit": "relative", "input": {"resize": "fixed", "size": [8, 6],
+  const NetFolder net(
+      "def forward(self, x):\n    return {'d': x[:, :, :, 0:1] * 2.0 + 1.0, 'other': x}\n",
+      R"({"format": 1, "kind": "metric_depth", "unit": "relative", "input": {"resize": "fixed", "size": [8, 6],
                       "layout": "NHWC", "dtype": "bfloat16"}, "outputs": {"depth": "d"}})");
   const auto result = run(net, grey_frames({8, 6}, 2));
   EXPECT_EQ(result.meaning, NetworkDepth::up_to_scale);
@@ -76,8 +77,19 @@ TEST(DepthNetwork, takes_dictionaries_channels_last_and_half_weights) {
   EXPECT_NEAR(result.frames[1].depth(3, 3), 1 + 2 * 41 / 255.0, 0.01);
 }
 
+TEST(DepthNetwork, scales_its_intrinsics_to_the_frame) {
+  const NetFolder net(
+      "def forward(self, x):\n    k = torch.tensor([[20.0, 0.0, 16.0], [0.0, 22.0, 6.0], [0.0, 0.0, 1.0]])\n"
+      "    return {'d': x[:, 0] + 1.0, 'k': k.unsqueeze(0)}\n",
+      R"({"format": 1, "kind": "metric_depth", "input": {"resize": "fixed", "size": [32, 12]},
+                      "outputs": {"depth": "d", "intrinsics": "k"}})");
+  const auto result = run(net, grey_frames({64, 48}, 1));
+  EXPECT_EQ(result.intrinsics.at(0), (Intrinsics{40, 88, 32, 24}));
+}
+
 TEST(DepthNetwork, marks_what_is_no_depth_as_unknown) {
-  const NetFolder net(R"(
+  const NetFolder net(
+      R"(
 def forward(self, x):
     d = x[0, 0] * 0.0 + 3.0
     d[0, 0] = float('nan')
@@ -91,7 +103,7 @@ def forward(self, x):
     confidence[1, 1] = float('nan')
     return d, mask, confidence
 )",
-                      R"({"format": 1, "kind": "metric_depth", "input": {"resize": "fixed", "size": [6, 4]}, "max_depth": 50,
+      R"({"format": 1, "kind": "metric_depth", "input": {"resize": "fixed", "size": [6, 4]}, "max_depth": 50,
     "outputs": {"depth": 0, "mask": 1, "confidence": 2}, "confidence_rule": "from_one"})");
   test::RecordingMonitor monitor;
   const auto result = run(net, grey_frames({6, 4}, 1), &monitor);
@@ -214,7 +226,8 @@ TEST(DepthNetwork, one_field_of_view_is_the_first_frames) {
 
 TEST(DepthNetwork, on_video_joins_windows_that_differ_by_scale_and_shift) {
   // Each call's values are stretched by its brightest picture, so every window has another scale and shift.
-  const NetFolder net(R"(
+  const NetFolder net(
+      R"(
 def forward(self, x):
     h = x.size(3)
     w = x.size(4)
@@ -222,7 +235,7 @@ def forward(self, x):
     values = x[:, :, 0] * 20.0 + ramp
     return values * (1.0 + x.max()) + x.max() * 3.0
 )",
-                      R"({"format": 1, "kind": "inverse_depth", "input": {"resize": "fixed", "size": [16, 8], "layout": "NTCHW"},
+      R"({"format": 1, "kind": "inverse_depth", "input": {"resize": "fixed", "size": [16, 8], "layout": "NTCHW"},
     "outputs": {"inverse_depth": 0}, "window": {"frames": 8, "overlap": 4, "blend": 3, "keyframes": [0, 5, 6, 7]}})");
   const auto frames = grey_frames({16, 8}, 21);
   const auto result = run(net, frames);
@@ -231,7 +244,8 @@ def forward(self, x):
   const double brightest = 47 / 255.0;  // of the first window, whose scale and shift hold for all
   for (int f = 0; f < 21; ++f) {
     const double value = 20 * (40 + f) / 255.0 + 4.5 / 16;
-    EXPECT_NEAR(result.frames[static_cast<std::size_t>(f)].depth(4, 4), value * (1 + brightest) + 3 * brightest, 2e-4) << f;
+    EXPECT_NEAR(result.frames[static_cast<std::size_t>(f)].depth(4, 4), value * (1 + brightest) + 3 * brightest, 2e-4)
+        << f;
   }
 }
 

@@ -64,7 +64,8 @@ TEST(FocalShift, of_a_wall_facing_the_camera_is_left_at_zero) {
   VectorMap points(map);
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 32; ++x)
-      points(x, y) = {static_cast<float>((x + 0.5 - 16) * 10 / 300 * 2), static_cast<float>((y + 0.5 - 16) * 10 / 300 * 2), 2};
+      points(x, y) = {static_cast<float>((x + 0.5 - 16) * 10 / 300 * 2),
+                      static_cast<float>((y + 0.5 - 16) * 10 / 300 * 2), 2};
   const FocalShift found = recover_focal_shift(points, FloatMap(map, 1.0F), frame);
   EXPECT_FALSE(found.shift_known);
   EXPECT_EQ(found.shift, 0);

@@ -14,7 +14,14 @@ std::array<double, 9> encoded(const Rigid3& transform, const Intrinsics& k, Size
   const Eigen::Quaterniond q(transform.rotation);
   const Eigen::Vector4d xyzw = q.coeffs() * quaternion_length;
   const Eigen::Vector3d& t = transform.translation;
-  return {t.x(), t.y(), t.z(), xyzw[0], xyzw[1], xyzw[2], xyzw[3], 2 * std::atan(frame.height / (2 * k.fy)),
+  return {t.x(),
+          t.y(),
+          t.z(),
+          xyzw[0],
+          xyzw[1],
+          xyzw[2],
+          xyzw[3],
+          2 * std::atan(frame.height / (2 * k.fy)),
           2 * std::atan(frame.width / (2 * k.fx))};
 }
 

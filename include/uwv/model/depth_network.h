@@ -27,7 +27,8 @@ namespace uwv {
 enum class NetworkDepth {
   metric,         ///< Metres along the optical axis.
   up_to_scale,    ///< Distance along the optical axis in a unit of the network's own, one for the whole clip.
-  inverse_affine  ///< a / depth + b with a > 0 and b unknown, one pair for the clip (or for each frame): align it first.
+  inverse_affine  ///< a / depth + b with a > 0 and b unknown, one pair for the clip (or for each frame): align it
+                  ///< first.
 };
 std::string_view to_string(NetworkDepth meaning);
 
@@ -45,17 +46,19 @@ struct DepthNetworkResult {
   NetworkDepth meaning = NetworkDepth::metric;
   /// True when all frames share their scale (and shift); false when each frame was seen alone by an affine network.
   bool consistent = true;
-  /// One per frame. Where `meaning` is inverse_affine, `depth` holds the inverse depth as the network gave it: larger is
-  /// nearer, 0 and negative values are possible, and confidence 0 alone marks the unknown. Otherwise as SceneGeometry.
+  /// One per frame. Where `meaning` is inverse_affine, `depth` holds the inverse depth as the network gave it: larger
+  /// is nearer, 0 and negative values are possible, and confidence 0 alone marks the unknown. Otherwise as
+  /// SceneGeometry.
   std::vector<FrameGeometry> frames;
-  /// Unit normals in the camera's frame, facing the camera (z <= 0); zero where unknown. Empty when the network has none.
+  /// Unit normals in the camera's frame, facing the camera (z <= 0); zero where unknown. Empty when the network has
+  /// none.
   std::vector<Image<Eigen::Vector3f>> normals;
   /// One per frame, in pixels of the frame. Empty when the network has none.
   std::vector<Intrinsics> intrinsics;
   /// One per frame, in the unit of the depth; the first is the identity. Empty when the network has none.
   std::vector<Rigid3> world_from_cam;
-  double seconds = 0;            ///< Wall clock of run().
-  std::uint64_t peak_bytes = 0;  ///< The most memory the process had taken by its end.
+  double seconds = 0;              ///< Wall clock of run().
+  std::uint64_t peak_bytes = 0;    ///< The most memory the process had taken by its end.
   std::vector<std::string> notes;  ///< One sentence each: what was decided and why, what is uncertain.
 };
 
