@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
-# uwv_add_module(<name> SOURCES ... [MODULES lower modules...] [PUBLIC libs...] [PRIVATE libs...])
+# uwv_add_module(<name> [APART] SOURCES ... [MODULES lower modules...] [PUBLIC libs...] [PRIVATE libs...])
 # One static library `uwv_<name>`, alias `uwv::<name>`, per module; its headers are include/uwv/<name>/.
+# APART keeps a module with uncommon needs out of uwv::uwv; UwvInstall.cmake exports it as a component of its own.
 function(uwv_add_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;MODULES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "APART" "" "SOURCES;MODULES;PUBLIC;PRIVATE" ${ARGN})
   add_library(uwv_${name} STATIC ${ARG_SOURCES})
   add_library(uwv::${name} ALIAS uwv_${name})
   set_target_properties(uwv_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
@@ -15,7 +16,9 @@ function(uwv_add_module name)
   foreach(lower ${ARG_MODULES})
     target_link_libraries(uwv_${name} PUBLIC uwv_${lower})
   endforeach()
-  set_property(GLOBAL APPEND PROPERTY UWV_MODULES uwv_${name})
+  if(NOT ARG_APART)
+    set_property(GLOBAL APPEND PROPERTY UWV_MODULES uwv_${name})
+  endif()
 endfunction()
 
 # uwv_add_test(<module> SOURCES ... [LIBS ...] [LABELS ...])
