@@ -140,10 +140,11 @@ class Propagation {
         if (open.at<std::uint8_t>(y, x) == 0) continue;
         float& p = soft_.at<float>(y, x);
         const float carried = std::clamp(p, 0.03F, 0.97F);
-        // Contradictory flow is still better than none: it is mostly wrong by a few pixels.
-        const float trust = doubted.at<std::uint8_t>(y, x) != 0 ? 0.35F : 1.0F;
+        // Where the way back contradicts, the frame before showed something else: mostly what the foreground hid.
+        const bool uncertain = doubted.at<std::uint8_t>(y, x) != 0;
+        const float flow = std::log(carried / (1 - carried));
         const float odds =
-            trust * std::log(carried / (1 - carried)) + weight * colours_.log_odds(now.colour.at<cv::Vec3b>(y, x));
+            (uncertain ? 0.35F * flow - 0.5F : flow) + weight * colours_.log_odds(now.colour.at<cv::Vec3b>(y, x));
         p = 1 / (1 + std::exp(-odds));
       }
     const cv::Mat followed = follow_edges(now.grey, soft_);
