@@ -14,13 +14,26 @@
 
 namespace uwv {
 
+/// Time and error are of 41 frames of 640x480 of a living room with known cameras: the defaults take 0.17 s of one
+/// processor a frame, are 1.5% off where measured (90% of the pixels), and 2.7% in all.
 struct MvsOptions {
-  int neighbours = 4;         ///< Other views compared with, chosen for baseline and overlap. More: fewer holes, slower.
-  int planes = 64;            ///< Depth hypotheses, uniform in inverse depth. More: finer, slower.
-  double scale = 0.75;        ///< Matching resolution relative to the frame. 1: sharper edges, 1.6x the time; 0.5: half of it.
-  int key_stride = 0;         ///< Match every n-th frame and carry depth to those between by warping; 0 = by the motion.
-  double consistency = 0.02;  ///< Largest relative depth difference between views that count as agreeing.
-  bool complete = true;       ///< Fill what matching could not see, along edges of the picture, with low confidence.
+  /// Other views compared with, chosen for baseline and overlap; 1 to 16. 4 see most of what occlusion hides from two:
+  /// with 2, two thirds of the time, 82% measured.
+  int neighbours = 4;
+  /// Depth hypotheses, uniform in inverse depth; 4 to 1024. 64 are about a pixel of parallax each; 32 take two thirds
+  /// of the time and measure 86%, 128 take 1.6 times as long and gain little. Two views far apart gain from 128.
+  int planes = 64;
+  /// Matching resolution relative to the frame, above 0 to 1. 0.5 takes half the time and blurs thin things (3.3% off
+  /// in all); 1 takes 1.6 times as long for 1.4% off where measured, and measures fewer (85%).
+  double scale = 0.75;
+  /// Match every n-th frame, and the last, and carry depth to those between by warping. 0 = the longest of 1 to 4 that
+  /// moves four fifths of the keys by less than 2% of the picture's width; carrying costs little accuracy there.
+  int key_stride = 0;
+  /// Largest relative depth difference between views that count as agreeing, above 0 to 0.5: 2% is several planes.
+  double consistency = 0.02;
+  /// Fill what matching could not see, along edges of the picture, with confidence below 0.5: points are wanted
+  /// everywhere, and the confidence says where not to trust them.
+  bool complete = true;
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -33,9 +46,18 @@ struct MvsSummary {
   std::string brief() const;
 };
 
-/// `cameras` one per frame, `points` bound the depth range. `moving`: empty or one mask a frame, 1 = static and usable
-/// (moving pixels are not matched). On return `frames_out` has one entry per frame, in the cameras' unit. Depth of
-/// moving pixels is left 0 (see moving_objects.h). Throws std::invalid_argument when sizes disagree.
+/// Plane sweep, semi-global aggregation (Hirschmueller, PAMI 2008), agreement between views, filling along edges of
+/// colour. Results do not depend on the number of threads, nor but for roundings on the unit or the world's origin.
+///
+/// `cameras` one per frame; `points` bound the depth range (their observations are not used; without points the range
+/// is guessed from the cameras' distances, and noted). `static_pixels`: empty or one mask a frame, which may be empty;
+/// 1 = static and usable, 0 = moving and not matched. On return `frames_out` has one entry per frame, in the cameras'
+/// unit. Depth of moving pixels is left 0 (see moving_objects.h).
+///
+/// Confidence is 0.5 and more exactly where another view confirmed the depth; frames between keys have their keys'. One
+/// frame, or cameras at one place, leave all depth unknown, and that is noted. The scene is taken to be static, in
+/// static light. Reports stages "preparing", "matching", "confirming", "lending", "completing" to the monitor. Throws
+/// std::invalid_argument for no frames, sizes that disagree, or cameras that are not finite.
 MvsSummary multi_view_stereo(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
                              std::span<const ScenePoint> points, std::span<const ValidityMask> static_pixels,
                              const MvsOptions& options, ThreadPool& pool, Monitor& monitor,

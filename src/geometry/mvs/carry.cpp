@@ -22,7 +22,9 @@ void splat(const KeyDepth& key, const View& target, float tolerance, RatedDepth&
       if (!(p.z() > 1e-6F)) continue;
       const float u = p.x() / p.z();
       const float v = p.y() / p.z();
-      if (!(u >= 0 && v >= 0 && u < static_cast<float>(from.width()) && v < static_cast<float>(from.height()))) continue;
+      const bool inside =
+          u >= 0 && v >= 0 && u < static_cast<float>(from.width()) && v < static_cast<float>(from.height());
+      if (!inside) continue;
       const int iu = static_cast<int>(u);
       const int iv = static_cast<int>(v);
       const float landed = w / p.z();
@@ -78,8 +80,9 @@ RatedDepth carry(const View& target, const std::vector<KeyDepth>& keys, double t
       float sum = 0;
       int agree = 0;
       for (std::size_t k = 0; usable && w > 0 && k < keys.size(); ++k) {
-        const float agreed = agreed_inverse_depth(to_keys[k], keys[k].depth->inverse_depth, static_cast<float>(x) + 0.5F,
-                                                  static_cast<float>(y) + 0.5F, w, static_cast<float>(tolerance));
+        const float agreed =
+            agreed_inverse_depth(to_keys[k], keys[k].depth->inverse_depth, static_cast<float>(x) + 0.5F,
+                                 static_cast<float>(y) + 0.5F, w, static_cast<float>(tolerance));
         if (agreed <= 0) continue;
         sum += agreed;
         ++agree;

@@ -13,8 +13,8 @@ struct KeyDepth {
   const RatedDepth* depth = nullptr;
 };
 
-/// Moves every confirmed depth of the keys to where `target` sees it; the nearest surface wins. The moved depth is then
-/// looked up in the keys again, which undoes the rounding to whole pixels and averages the keys. Confidence moves along.
+/// Moves every depth of the keys to where `target` sees it; the nearest surface wins. The moved depth is then looked up
+/// in the keys again, which undoes the rounding to whole pixels and averages the keys. Confidence moves along.
 RatedDepth carry(const View& target, const std::vector<KeyDepth>& keys, double tolerance);
 
 }  // namespace uwv::mvs

@@ -19,7 +19,9 @@ float difference(const Rgb8& a, const Rgb8& b) {
          (1 / 3.0F);
 }
 
-float likeness(const Rgb8& a, const Rgb8& b) { return std::max(least_weight, std::exp(-difference(a, b) / edge_levels)); }
+float likeness(const Rgb8& a, const Rgb8& b) {
+  return std::max(least_weight, std::exp(-difference(a, b) / edge_levels));
+}
 
 struct Level {
   ImageRgb colour;
@@ -133,7 +135,8 @@ RatedDepth upsample(const View& view, const RatedDepth& depth, const ImageRgb& f
   const float fy = static_cast<float>(coarse.height) / static_cast<float>(frame.height());
   const auto limit = static_cast<float>(tolerance);
   for (int y = 0; y < frame.height(); ++y) {
-    const float cv = std::clamp((static_cast<float>(y) + 0.5F) * fy - 0.5F, 0.0F, static_cast<float>(coarse.height - 1));
+    const float cv =
+        std::clamp((static_cast<float>(y) + 0.5F) * fy - 0.5F, 0.0F, static_cast<float>(coarse.height - 1));
     const int v0 = static_cast<int>(cv);
     const float tv = cv - static_cast<float>(v0);
     for (int x = 0; x < frame.width(); ++x) {

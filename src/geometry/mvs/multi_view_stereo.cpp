@@ -59,7 +59,8 @@ class Job {
 
   void choose_keys(MvsSummary& summary) {
     if (scene_.points.empty())
-      summary.notes.push_back("there are no sparse points: the range of depths was guessed from the cameras' distances");
+      summary.notes.push_back(
+          "there are no sparse points: the range of depths was guessed from the cameras' distances");
     const int stride = options_.key_stride > 0 ? options_.key_stride : choose_key_stride(scene_);
     for (std::size_t i = 0; i < count(); i += static_cast<std::size_t>(stride)) keys_.push_back(i);
     if (keys_.back() + 1 != count()) keys_.push_back(count() - 1);
@@ -225,13 +226,13 @@ class Job {
   Normalisation normalisation_;
   SparseScene scene_;
   Size size_;
-  std::vector<std::size_t> keys_;             ///< Frames that are matched, ascending; first and last frame included.
-  std::vector<std::vector<int>> neighbours_;  ///< Per key: frames.
-  std::vector<DepthRange> ranges_;            ///< Per key.
-  std::vector<View> views_;                   ///< Per frame.
-  std::vector<MatchedDepth> matched_;         ///< Per key; empty where there was nothing to compare with.
+  std::vector<std::size_t> keys_;                 ///< Frames that are matched, ascending; the first and last are.
+  std::vector<std::vector<int>> neighbours_;      ///< Per key: frames.
+  std::vector<DepthRange> ranges_;                ///< Per key.
+  std::vector<View> views_;                       ///< Per frame.
+  std::vector<MatchedDepth> matched_;             ///< Per key; empty where there was nothing to compare with.
   std::vector<std::vector<std::size_t>> judges_;  ///< Per key: keys whose depths its own is compared with.
-  std::vector<RatedDepth> rated_;             ///< Per key.
+  std::vector<RatedDepth> rated_;                 ///< Per key.
 };
 
 void check_inputs(std::span<const ImageRgb> frames, std::span<const Camera> cameras,

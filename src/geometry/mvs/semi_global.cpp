@@ -24,11 +24,9 @@ std::uint16_t jump_penalty(float grey, float before) {
 
 
 /// One step of a path: from the costs at the previous pixel to those here, added to the sums. Returns the least.
-inline __attribute__((always_inline)) std::uint16_t path_step(const std::uint8_t* __restrict cost,
-                                                              const std::uint16_t* __restrict before,
-                                                              std::uint16_t least_before, std::uint16_t jump, int planes,
-                                                              std::uint16_t* __restrict here,
-                                                              std::uint16_t* __restrict sums) {
+inline __attribute__((always_inline)) std::uint16_t path_step(
+    const std::uint8_t* __restrict cost, const std::uint16_t* __restrict before, std::uint16_t least_before,
+    std::uint16_t jump, int planes, std::uint16_t* __restrict here, std::uint16_t* __restrict sums) {
   const auto jumped = static_cast<std::uint16_t>(least_before + jump);
   std::uint16_t least = infinite;
   for (int d = 0; d < planes; ++d) {
@@ -132,8 +130,8 @@ UWV_SIMD_CLONES std::uint16_t least_of(const std::uint16_t* sums, int count) {
 /// Offset of the parabola through three values whose middle one is the least, in [-0.5, 0.5].
 float parabola_offset(int left, int middle, int right) {
   const int curvature = left - 2 * middle + right;
-  return curvature <= 0 ? 0.0F
-                        : std::clamp(0.5F * static_cast<float>(left - right) / static_cast<float>(curvature), -0.5F, 0.5F);
+  if (curvature <= 0) return 0;
+  return std::clamp(0.5F * static_cast<float>(left - right) / static_cast<float>(curvature), -0.5F, 0.5F);
 }
 
 void choose_planes(const CostVolume& volume, const std::vector<std::uint16_t>& sums, MatchedDepth& out) {

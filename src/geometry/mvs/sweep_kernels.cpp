@@ -31,8 +31,8 @@ PlaneWarp make_warp(const Camera& reference, const Camera& other) {
           static_cast<float>(t.x()),   static_cast<float>(t.y()),   static_cast<float>(t.z())};
 }
 
-UWV_SIMD_CLONES void find_places(const PlaneWarp& warp, float w, float y, int count, Size other, int stride, std::int32_t* index,
-                                 float* fx, float* fy, float* inside) {
+UWV_SIMD_CLONES void find_places(const PlaneWarp& warp, float w, float y, int count, Size other, int stride,
+                                 std::int32_t* index, float* fx, float* fy, float* inside) {
   const float ux = warp.bx * y + warp.cx + w * warp.shift_x;
   const float uy = warp.by * y + warp.cy + w * warp.shift_y;
   const float uz = warp.bz * y + warp.cz + w * warp.shift_z;
@@ -103,7 +103,8 @@ UWV_SIMD_CLONES void correlate(const float* value, const float* square, const fl
   }
 }
 
-UWV_SIMD_CLONES void window_statistics(const float* value, const float* square, int count, float* mean, float* variance) {
+UWV_SIMD_CLONES void window_statistics(const float* value, const float* square, int count, float* mean,
+                                       float* variance) {
   for (int x = 0; x < count; ++x) {
     float s = 0, ss = 0;
     for (int k = -window_radius; k <= window_radius; ++k) {

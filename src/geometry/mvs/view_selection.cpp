@@ -32,7 +32,7 @@ double percentile(std::vector<double>& values, double share) {
   return values[static_cast<std::size_t>(index)];
 }
 
-/// Points for comparing views with a frame: those it sees, thinned; a cross of points at depth 1 when it sees none.
+/// Points for comparing views with a frame: those it sees, thinned; a grid of points at depth 1 when it sees none.
 std::vector<Eigen::Vector3d> sample_of(const SparseScene& scene, std::size_t frame) {
   const Camera& camera = scene.cameras[frame];
   const Rigid3 cam_from_world = camera.cam_from_world();
@@ -49,10 +49,12 @@ std::vector<Eigen::Vector3d> sample_of(const SparseScene& scene, std::size_t fra
     seen.resize(sampled_points);
   }
   if (!seen.empty()) return seen;
-  for (const double v : {0.2, 0.5, 0.8})
-    for (const double u : {0.2, 0.5, 0.8})
-      seen.push_back(camera.world_from_cam * unproject(camera.intrinsics, {u * camera.size.width, v * camera.size.height},
-                                                       1.0));
+  for (const double v : {0.2, 0.5, 0.8}) {
+    for (const double u : {0.2, 0.5, 0.8}) {
+      const Eigen::Vector2d pixel(u * camera.size.width, v * camera.size.height);
+      seen.push_back(camera.world_from_cam * unproject(camera.intrinsics, pixel, 1.0));
+    }
+  }
   return seen;
 }
 
@@ -133,9 +135,10 @@ std::vector<int> choose_neighbours(const SparseScene& scene, std::size_t frame, 
   }
   std::vector<int> chosen;
   while (!candidates.empty() && static_cast<int>(chosen.size()) < count) {
-    const auto best = std::max_element(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    const auto worse = [](const Candidate& a, const Candidate& b) {
       return a.worth < b.worth || (a.worth == b.worth && a.frame > b.frame);
-    });
+    };
+    const auto best = std::max_element(candidates.begin(), candidates.end(), worse);
     const int taken = best->frame;
     chosen.push_back(taken);
     candidates.erase(best);

@@ -91,7 +91,8 @@ TEST(MultiViewStereoExtremes, TheWorldsOriginMayBeFarAway) {
   // is left of a change of unit. More ties between planes, and depths at the limits of agreement, turn over.
   for (std::size_t i = 0; i < clip.frames.size(); ++i)
     EXPECT_LT(share_that_differs(plain.frames[i], far.frames[i], 1, 1e-4), 1e-2) << "frame " << i;
-  EXPECT_NEAR(test::mean_error(far.frames, clip.truth).rel_all, test::mean_error(plain.frames, clip.truth).rel_all, 1e-4);
+  EXPECT_NEAR(test::mean_error(far.frames, clip.truth).rel_all, test::mean_error(plain.frames, clip.truth).rel_all,
+              1e-4);
 }
 
 TEST(MultiViewStereoExtremes, OneFrameHasNobodyToAsk) {
@@ -127,7 +128,8 @@ TEST(MultiViewStereoExtremes, PointsThatAreNotFiniteAreIgnored) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   ScenePoint bad;
-  for (const Eigen::Vector3d& x : {Eigen::Vector3d(nan, 0, 1), Eigen::Vector3d(0, inf, 1), Eigen::Vector3d(0, 0, -inf)}) {
+  for (const Eigen::Vector3d& x :
+       {Eigen::Vector3d(nan, 0, 1), Eigen::Vector3d(0, inf, 1), Eigen::Vector3d(0, 0, -inf)}) {
     bad.x_in_world = x;
     clip.points.push_back(bad);
   }

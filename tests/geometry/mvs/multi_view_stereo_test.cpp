@@ -38,8 +38,8 @@ Clip ball_clip(int count = 9, double degrees = 12) {
 }
 
 std::string describe(const DepthError& e) {
-  return fmt::format("known {:.3f} measured {:.3f} rel all {:.4f} measured {:.4f} filled {:.4f} far off {:.4f}", e.known,
-                     e.measured, e.rel_all, e.rel_measured, e.rel_filled, e.far_off);
+  return fmt::format("known {:.3f} measured {:.3f} rel all {:.4f} measured {:.4f} filled {:.4f} far off {:.4f}",
+                     e.known, e.measured, e.rel_all, e.rel_measured, e.rel_filled, e.far_off);
 }
 
 TEST(MultiViewStereo, MeasuresARoomOfBoxes) {
