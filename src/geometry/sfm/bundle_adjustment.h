@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// A reconstruction under way, and its refinement: cameras, points and the focal length moved together until the
+// reprojections agree best (Triggs et al. 1999).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "geometry/sfm/tracks.h"
+#include "uwv/core/camera.h"
+
+namespace uwv::sfm {
+
+/// Poses by frame and points by track; empty = not known (yet).
+struct Reconstruction {
+  Intrinsics lens;
+  std::vector<std::optional<Rigid3>> cam_from_world;
+  std::vector<std::optional<Eigen::Vector3d>> points;
+
+  /// Reprojection error in pixels; infinite behind the camera or where either is unknown.
+  double error(const Track& track, std::size_t index, int frame) const;
+  std::vector<int> registered() const;
+};
+
+struct AdjustOptions {
+  bool refine_focal = false;
+  double focal_prior = 0;       ///< Expected fx; a prior of 0.5 in log f keeps an unobservable focal length in place.
+  bool move_points = true;      ///< False: only the cameras move.
+  bool fix_translation = false; ///< True: rotations (and points at infinity) only.
+  double gate_px = 4;           ///< Observations farther off take no part.
+  int iterations = 20;
+};
+/// Root mean square error of the observations that took part. The first registered camera stays where it is.
+double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options);
+
+/// Moves one camera alone; the points stay.
+void adjust_camera(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double gate_px);
+
+}  // namespace uwv::sfm
