@@ -39,7 +39,10 @@ struct SfmOptions {
   std::optional<Intrinsics> intrinsics;
   int max_features = 1500;        ///< Tracked at once. More: steadier cameras, time grows in proportion.
   int tracking_height = 480;      ///< Pictures taller than this are shrunk to it for tracking; results are full size.
-  double min_parallax_px = 2.0;   ///< Median shift that rotation cannot explain, over the clip, from which on `moving`.
+  /// Of the median shift that rotation cannot explain, the largest over the clip's frame pairs. Below a quarter of this
+  /// the camera is `turning`, above four times this `moving`. Between, where things that move by themselves or a weak
+  /// lens could feign either, both are fitted, and `moving` must halve what turning leaves unexplained.
+  double min_parallax_px = 2.0;
   double max_error_px = 2.0;      ///< An observation reprojecting farther off is an outlier.
   std::uint64_t seed = 1;         ///< Of every random choice.
   /// Throws std::invalid_argument when a value is out of range.

@@ -2,7 +2,6 @@
 #include "geometry/sfm/incremental.h"
 
 #include <algorithm>
-#include <numbers>
 #include <set>
 
 #include "geometry/sfm/resection.h"
@@ -10,8 +9,6 @@
 
 namespace uwv::sfm {
 namespace {
-
-constexpr double min_angle = 0.7 * std::numbers::pi / 180;  // between rays; below, depth is mostly noise
 
 /// The frame that sees most of the known points.
 int best_seen(const Reconstruction& reconstruction, const std::vector<Track>& tracks, const std::set<int>& open) {
@@ -48,9 +45,9 @@ Reconstruction grow(const std::vector<Track>& tracks, int frames, std::span<cons
   out.cam_from_world[static_cast<std::size_t>(start.frames.b)] = start.b_from_a;
   // An assumed focal length is wrong at first, so that early observations miss by more.
   const double early = options.max_error_px * (options.refine_focal ? 3 : 2);
-  triangulate_all(out, tracks, early, min_angle);
+  triangulate_all(out, tracks, early, min_ray_angle);
   adjust(out, tracks, adjustment(options, false));
-  triangulate_all(out, tracks, early, min_angle);
+  triangulate_all(out, tracks, early, min_ray_angle);
 
   std::set<int> open(keyframes.begin(), keyframes.end());
   open.erase(start.frames.a);
@@ -61,16 +58,16 @@ Reconstruction grow(const std::vector<Track>& tracks, int frames, std::span<cons
     open.erase(frame);
     if (!resect(out, tracks, frame, early)) continue;
     ++registered;
-    triangulate_all(out, tracks, early, min_angle);
+    triangulate_all(out, tracks, early, min_ray_angle);
     if (registered < 5 || 4 * registered > 5 * adjusted) {
       adjust(out, tracks, adjustment(options, registered >= 3));
-      triangulate_all(out, tracks, early, min_angle);
+      triangulate_all(out, tracks, early, min_ray_angle);
       adjusted = registered;
     }
   }
   for (int round = 0; round < 2; ++round) {
     adjust(out, tracks, adjustment(options, true));
-    triangulate_all(out, tracks, options.max_error_px, min_angle);
+    triangulate_all(out, tracks, options.max_error_px, min_ray_angle);
     for (const int f : keyframes)
       if (!out.cam_from_world[static_cast<std::size_t>(f)]) resect(out, tracks, f, options.max_error_px);
   }
@@ -79,11 +76,11 @@ Reconstruction grow(const std::vector<Track>& tracks, int frames, std::span<cons
 
 void finish(Reconstruction& reconstruction, const std::vector<Track>& tracks, const GrowOptions& options) {
   const int frames = static_cast<int>(reconstruction.cam_from_world.size());
-  triangulate_all(reconstruction, tracks, options.max_error_px, min_angle);
+  triangulate_all(reconstruction, tracks, options.max_error_px, min_ray_angle);
   for (int f = 0; f < frames; ++f)
     if (!reconstruction.cam_from_world[static_cast<std::size_t>(f)]) resect(reconstruction, tracks, f, options.max_error_px);
   for (int round = 0; round < 2; ++round) {
-    triangulate_all(reconstruction, tracks, options.max_error_px, min_angle);
+    triangulate_all(reconstruction, tracks, options.max_error_px, min_ray_angle);
     AdjustOptions last = adjustment(options, true);
     last.gate_px = (round == 0 ? 2 : 1) * options.max_error_px;
     adjust(reconstruction, tracks, last);

@@ -77,7 +77,7 @@ void fill_errors(SfmResult& result, const Reconstruction& reconstruction, const 
     }
     if (views < 3) continue;
     ++assessed;
-    if (2 * good < views && !is_static(reconstruction, tracks[t], max_error_px)) ++moving;
+    if (2 * good < views && !is_static(reconstruction, tracks[t], 2 * max_error_px)) ++moving;
   }
   result.rms_error_px = inliers > 0 ? scale * std::sqrt(sum / static_cast<double>(inliers)) : 0;
   result.moving_share = assessed > 0 ? static_cast<double>(moving) / static_cast<double>(assessed) : 0;
@@ -104,7 +104,7 @@ void fill_points(SfmResult& result, const Reconstruction& reconstruction, const 
     if (point.observations.size() < 2) continue;
     point.x_in_world = world_from_old * *reconstruction.points[t];
     point.error_px = scale_x * std::sqrt(sum / static_cast<double>(point.observations.size()));
-    if (tracks[t].in(measured.front())) first_depths.push_back(point.x_in_world.z());
+    if (point.observations.front().frame == measured.front() + placement.shot_begin) first_depths.push_back(point.x_in_world.z());
     depths.push_back(point.x_in_world.z());
     result.points.push_back(std::move(point));
   }

@@ -5,11 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "geometry/sfm/feature_tracking.h"
 #include "geometry/sfm/hypotheses.h"
 #include "geometry/sfm/motion_kind.h"
 #include "geometry/sfm/result.h"
+#include "geometry/sfm/triangulation.h"
 #include "geometry/sfm/turning.h"
 
 namespace uwv {
@@ -18,7 +20,11 @@ namespace {
 using namespace sfm;
 
 constexpr int least_matches = 20;        // fewer say nothing reliable about two frames
+constexpr int adjusted_per_frame = 300;   // long tracks; more raise the time of adjustment, hardly its accuracy
 constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
+constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains the motion as well as noise allows
+constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
+constexpr double convincing_share = 0.5;  // between, a moving camera must halve turning's misfit to be believed
 constexpr double assumed_fov_degrees = 60;
 
 Intrinsics lens_of_fov(double degrees, Size size) {
@@ -80,6 +86,9 @@ class Job {
     clip_ = track_features(frames, options, pool, monitor);
     shot_ = longest_shot(clip_);
     tracks_ = tracks_of_shot(clip_, shot_.begin, shot_.end);
+    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
+    std::iota(all.begin(), all.end(), 0);
+    used_ = thinned(tracks_, all, adjusted_per_frame);
   }
 
   SfmResult result() {
@@ -99,8 +108,16 @@ class Job {
     const TurningFit turning = fit_turning(
         tracks_, pairs, candidate_lenses(options_, full_, clip_.size, {25, 35, 45, 55, 65, 80, 100, 120}));
     result_.parallax_px = turning.parallax_px * scale();
-    if (turning.parallax_px < options_.min_parallax_px) return turned(turning);
-    return moved(keyframes, pairs);
+    if (turning.parallax_px < clear_share * options_.min_parallax_px) return turned(rotations_of(turning));
+    const Outcome outcome = explore(keyframes, pairs);
+    if (turning.parallax_px < clear_multiple * options_.min_parallax_px) {
+      const Reconstruction rotations = rotations_of(turning);
+      const double limit = options_.max_error_px;
+      if (!outcome.found || misfit(outcome.reconstruction, used_, keyframes, limit) >
+                                convincing_share * misfit(rotations, used_, keyframes, limit))
+        return turned(rotations);
+    }
+    return moved(outcome);
   }
 
  private:
@@ -131,30 +148,40 @@ class Job {
     return {options_.max_error_px, !options_.intrinsics, prior.fx};
   }
 
-  SfmResult turned(const TurningFit& fit) {
-    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
-    for (int f = 0; f < shot_.length(); ++f) all[static_cast<std::size_t>(f)] = f;
-    const std::vector<Track> some = thinned(tracks_, all, 200);
+  Reconstruction rotations_of(const TurningFit& fit) {
     monitor_.step("cameras", 0, 1);
-    const Reconstruction rotations = turn(some, shot_.length(), fit.lens, grow_options(fit.lens));
+    Reconstruction out = turn(used_, shot_.length(), fit.lens, grow_options(fit.lens));
+    monitor_.step("bundle adjustment", 1, 1);
+    return out;
+  }
+
+  SfmResult turned(const Reconstruction& rotations) {
     result_.motion = CameraMotion::turning;
     result_.focal_estimated = !options_.intrinsics;
-    result_.reason = fmt::format("rotation leaves {:.2f} px of the motion unexplained, less than {:.2f}",
-                                 result_.parallax_px, options_.min_parallax_px * scale());
-    fill_cameras(result_, rotations, {shot_.begin, clip_.frames, full_, clip_.size});
-    fill_errors(result_, rotations, some, options_.max_error_px, scale());
+    result_.reason = fmt::format("rotation leaves {:.2f} px of the motion unexplained", result_.parallax_px);
+    fill_cameras(result_, rotations, placement());
+    fill_errors(result_, rotations, used_, options_.max_error_px, scale());
     return std::move(result_);
   }
 
-  SfmResult moved(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) {
-    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
-    for (int f = 0; f < shot_.length(); ++f) all[static_cast<std::size_t>(f)] = f;
-    const std::vector<Track> some = thinned(tracks_, all, 600);
+  Outcome explore(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) {
     Exploration exploration;
     exploration.lenses = candidate_lenses(options_, full_, clip_.size, {60, 40, 85, 110, 25});
     exploration.grow = grow_options(lens_of_fov(assumed_fov_degrees, clip_.size));
     exploration.size = clip_.size;
-    const Outcome outcome = reconstruct(some, shot_.length(), keyframes, pairs, exploration, monitor_);
+    return reconstruct(used_, shot_.length(), keyframes, pairs, exploration, monitor_);
+  }
+
+  Placement placement() const { return {shot_.begin, clip_.frames, full_, clip_.size}; }
+
+  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted.
+  Reconstruction with_all_points(Reconstruction reconstruction) const {
+    reconstruction.points.assign(tracks_.size(), std::nullopt);
+    triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
+    return reconstruction;
+  }
+
+  SfmResult moved(const Outcome& outcome) {
     const double limit = options_.max_error_px;
     if (!outcome.found || outcome.misfit > 0.7 * limit * limit)
       return indeterminate(fmt::format(
@@ -165,9 +192,9 @@ class Job {
       return indeterminate(fmt::format("only {} of {} frames could be placed", posed, shot_.length()));
     result_.motion = CameraMotion::moving;
     result_.focal_estimated = !options_.intrinsics;
-    fill_cameras(result_, outcome.reconstruction, {shot_.begin, clip_.frames, full_, clip_.size});
-    fill_errors(result_, outcome.reconstruction, some, limit, scale());
-    fill_points(result_, outcome.reconstruction, some, limit, {shot_.begin, clip_.frames, full_, clip_.size});
+    fill_cameras(result_, outcome.reconstruction, placement());
+    fill_errors(result_, outcome.reconstruction, used_, limit, scale());
+    fill_points(result_, with_all_points(outcome.reconstruction), tracks_, limit, placement());
     result_.reason = fmt::format("{:.1f} px of parallax; {} of {} frames placed, {} points, error {:.2f} px{}",
                                  result_.parallax_px, posed, shot_.length(), result_.points.size(),
                                  result_.rms_error_px,
@@ -181,6 +208,7 @@ class Job {
   TrackedClip clip_;
   Shot shot_;
   std::vector<Track> tracks_;
+  std::vector<Track> used_;  // those that take part in the adjustment
   SfmResult result_;
 };
 

@@ -2,9 +2,14 @@
 // Points from the rays of registered cameras.
 #pragma once
 
+#include <numbers>
+
 #include "geometry/sfm/bundle_adjustment.h"
 
 namespace uwv::sfm {
+
+/// Radians between the rays of a point worth having; below, its depth is mostly noise.
+inline constexpr double min_ray_angle = 0.7 * std::numbers::pi / 180;
 
 /// The point nearest to the rays of the given frames; nullopt when it lies behind one, when the rays' largest angle is
 /// below `min_angle` (radians), or when no half of the observations agrees within `max_error` pixels.
