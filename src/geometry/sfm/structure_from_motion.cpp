@@ -193,8 +193,9 @@ class Job {
     result_.motion = CameraMotion::moving;
     result_.focal_estimated = !options_.intrinsics;
     fill_cameras(result_, outcome.reconstruction, placement());
-    fill_errors(result_, outcome.reconstruction, used_, limit, scale());
-    fill_points(result_, with_all_points(outcome.reconstruction), tracks_, limit, placement());
+    const Reconstruction all = with_all_points(outcome.reconstruction);
+    fill_errors(result_, all, tracks_, limit, scale());
+    fill_points(result_, all, tracks_, limit, placement());
     result_.reason = fmt::format("{:.1f} px of parallax; {} of {} frames placed, {} points, error {:.2f} px{}",
                                  result_.parallax_px, posed, shot_.length(), result_.points.size(),
                                  result_.rms_error_px,
