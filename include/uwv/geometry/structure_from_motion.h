@@ -5,7 +5,8 @@
 // into it, and a bundle adjustment (Ceres) ends it. What a clip cannot tell (a camera that only turns, stands still, or
 // sees one plane; a cut) is recognised and named: the result's `motion` and `reason` say so, and no camera is invented.
 // The scale is arbitrary: the median depth of the points seen from the first camera is 1. The world is the first
-// registered camera's frame, so that where the scene lies in any other world, however far from its origin, plays no part.
+// registered camera's frame, so that where the scene lies in any other world, however far from its origin, plays no
+// part.
 //
 // Lucas & Kanade 1981 (tracks), Nister 2004 (two views), Schoenberger & Frahm 2016 (growing), Triggs et al. 1999
 // (adjustment). Without given intrinsics several focal lengths are tried and the best one is refined; a scene that is

@@ -78,7 +78,8 @@ void finish(Reconstruction& reconstruction, const std::vector<Track>& tracks, co
   const int frames = static_cast<int>(reconstruction.cam_from_world.size());
   triangulate_all(reconstruction, tracks, options.max_error_px, min_ray_angle);
   for (int f = 0; f < frames; ++f)
-    if (!reconstruction.cam_from_world[static_cast<std::size_t>(f)]) resect(reconstruction, tracks, f, options.max_error_px);
+    if (!reconstruction.cam_from_world[static_cast<std::size_t>(f)])
+      resect(reconstruction, tracks, f, options.max_error_px);
   for (int round = 0; round < 2; ++round) {
     triangulate_all(reconstruction, tracks, options.max_error_px, min_ray_angle);
     AdjustOptions last = adjustment(options, true);

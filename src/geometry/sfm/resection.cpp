@@ -8,8 +8,8 @@
 namespace uwv::sfm {
 namespace {
 
-int inliers_of(const Reconstruction& reconstruction, const std::vector<Track>& tracks, const std::vector<std::size_t>& seen,
-               int frame, double max_error_px) {
+int inliers_of(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
+               const std::vector<std::size_t>& seen, int frame, double max_error_px) {
   int count = 0;
   for (const std::size_t t : seen) count += reconstruction.error(tracks[t], t, frame) < max_error_px ? 1 : 0;
   return count;
@@ -28,9 +28,9 @@ std::optional<Rigid3> ransac_pose(const Reconstruction& reconstruction, const st
   const Intrinsics& lens = reconstruction.lens;
   const cv::Matx33d k(lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
   cv::Mat turn, shift, inliers;
-  const bool found =
-      cv::solvePnPRansac(points, pixels, k, cv::noArray(), turn, shift, false, 200, static_cast<float>(2 * max_error_px),
-                         0.999, inliers, cv::SOLVEPNP_EPNP);
+  const auto threshold = static_cast<float>(2 * max_error_px);
+  const bool found = cv::solvePnPRansac(points, pixels, k, cv::noArray(), turn, shift, false, 200, threshold, 0.999,
+                                        inliers, cv::SOLVEPNP_EPNP);
   if (!found) return std::nullopt;
   cv::Mat rotation;
   cv::Rodrigues(turn, rotation);
@@ -55,7 +55,8 @@ std::optional<Rigid3> neighbour(const Reconstruction& reconstruction, int frame)
 
 }  // namespace
 
-bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px, int least) {
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
+            int least) {
   std::vector<std::size_t> seen;
   for (std::size_t t = 0; t < tracks.size(); ++t)
     if (tracks[t].in(frame) && reconstruction.points[t]) seen.push_back(t);

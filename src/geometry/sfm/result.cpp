@@ -104,7 +104,8 @@ void fill_points(SfmResult& result, const Reconstruction& reconstruction, const 
     if (point.observations.size() < 2) continue;
     point.x_in_world = world_from_old * *reconstruction.points[t];
     point.error_px = scale_x * std::sqrt(sum / static_cast<double>(point.observations.size()));
-    if (point.observations.front().frame == measured.front() + placement.shot_begin) first_depths.push_back(point.x_in_world.z());
+    if (point.observations.front().frame == measured.front() + placement.shot_begin)
+      first_depths.push_back(point.x_in_world.z());
     depths.push_back(point.x_in_world.z());
     result.points.push_back(std::move(point));
   }

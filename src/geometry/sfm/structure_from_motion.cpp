@@ -20,9 +20,9 @@ namespace {
 using namespace sfm;
 
 constexpr int least_matches = 20;        // fewer say nothing reliable about two frames
-constexpr int adjusted_per_frame = 300;   // long tracks; more raise the time of adjustment, hardly its accuracy
+constexpr int adjusted_per_frame = 300;  // long tracks; more raise the time of adjustment, hardly its accuracy
 constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
-constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains the motion as well as noise allows
+constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains all but noise
 constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
 constexpr double convincing_share = 0.5;  // between, a moving camera must halve turning's misfit to be believed
 constexpr double assumed_fov_degrees = 60;

@@ -80,7 +80,8 @@ int triangulate_all(Reconstruction& reconstruction, const std::vector<Track>& tr
       ++seen;
       if (reconstruction.error(tracks[t], t, f) < max_error) ++good;
     }
-    if (good < 2 || 2 * good < seen) reconstruction.points[t] = triangulate(reconstruction, tracks[t], max_error, min_angle);
+    if (good < 2 || 2 * good < seen)
+      reconstruction.points[t] = triangulate(reconstruction, tracks[t], max_error, min_angle);
     if (reconstruction.points[t]) ++count;
   }
   return count;

@@ -19,7 +19,8 @@ Clip orbit(int frames) {
 
 TEST(MotionKind, TurningIsNamedAndItsRotationsFound) {
   const StockScene room = boxes_room(small_clip());
-  const Clip clip = film(room, 12, [](int i, const Camera& source) { return moved(source, {0, 0, 0}, 1.0 * degree * i); });
+  const Clip clip =
+      film(room, 12, [](int i, const Camera& source) { return moved(source, {0, 0, 0}, 1.0 * degree * i); });
   for (const bool known : {true, false}) {
     const SfmResult result = solve(clip, known ? with_lens(clip) : SfmOptions{});
     ASSERT_EQ(result.motion, CameraMotion::turning) << result.brief();
