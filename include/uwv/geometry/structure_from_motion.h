@@ -5,7 +5,12 @@
 // into it, and a bundle adjustment (Ceres) ends it. What a clip cannot tell (a camera that only turns, stands still, or
 // sees one plane; a cut) is recognised and named: the result's `motion` and `reason` say so, and no camera is invented.
 // The scale is arbitrary: the median depth of the points seen from the first camera is 1. The world is the first
-// registered camera's frame.
+// registered camera's frame, so that where the scene lies in any other world, however far from its origin, plays no
+// part.
+//
+// Lucas & Kanade 1981 (tracks), Nister 2004 (two views), Schoenberger & Frahm 2016 (growing), Triggs et al. 1999
+// (adjustment). Without given intrinsics several focal lengths are tried and the best one is refined; a scene that is
+// one plane says next to nothing about the lens, and the result is then as good as that guess.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,10 +43,14 @@ struct SfmOptions {
   /// of the picture as principal point.
   std::optional<Intrinsics> intrinsics;
   int max_features = 1500;        ///< Tracked at once. More: steadier cameras, time grows in proportion.
-  int tracking_height = 480;      ///< Pictures taller than this are shrunk to it for tracking; results are full size.
-  double min_parallax_px = 2.0;   ///< Median shift that rotation cannot explain, over the clip, from which on `moving`.
+  int tracking_height = 480;      ///< Pictures taller than this are shrunk to it. Results are in full pixels; the
+                                  ///< two limits below count pixels of the tracked picture, as noise does.
+  /// Of the median shift that rotation cannot explain, the largest over the clip's frame pairs. Below a quarter of this
+  /// the camera is `turning`, above four times this `moving`. Between, where things that move by themselves or a weak
+  /// lens could feign either, both are fitted, and `moving` must halve what turning leaves unexplained.
+  double min_parallax_px = 2.0;
   double max_error_px = 2.0;      ///< An observation reprojecting farther off is an outlier.
-  std::uint64_t seed = 1;         ///< Of every random choice.
+  std::uint64_t seed = 1;         ///< Of random choices. The sampling used today has a fixed seed of its own.
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -70,7 +79,8 @@ struct SfmResult {
   bool focal_estimated = false;
   double parallax_px = 0;                 ///< Median over tracks of the shift rotation cannot explain.
   double rms_error_px = 0;                ///< Of all inlier observations.
-  double moving_share = 0;                ///< Share of the tracks that contradict a static scene.
+  double moving_share = 0;                ///< Share of the tracks (three frames or more) that no static point explains:
+                                          ///< moving things, but also tracks slipping along edges of depth.
   double seconds = 0;
   std::string brief() const;              ///< One line.
 };

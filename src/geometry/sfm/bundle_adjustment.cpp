@@ -5,102 +5,157 @@
 #include <ceres/rotation.h>
 
 #include <array>
+#include <cmath>
+#include <limits>
+#include <map>
 
 namespace uwv::sfm {
 namespace {
 
-using Pose = std::array<double, 6>;  // angle-axis, then translation: cam_from_world
-
-/// Where a point lands minus where it was seen, pixels. Focal length: one factor on the intrinsics' own.
-struct Landing {
-  Eigen::Vector2d seen;
-  Intrinsics k;
+/// Camera: angle-axis and translation of cam_from_world. Focal: log of the factor on the lens's fx and fy.
+struct Reprojection {
+  Intrinsics lens;
+  Eigen::Vector2d pixel;
 
   template <class T>
-  bool operator()(const T* pose, const T* point, const T* focal_factor, T* residual) const {
-    T x[3];
-    ceres::AngleAxisRotatePoint(pose, point, x);
-    for (int i = 0; i < 3; ++i) x[i] += pose[3 + i];
-    if (x[2] <= T(0)) return false;
-    residual[0] = *focal_factor * k.fx * x[0] / x[2] + k.cx - seen.x();
-    residual[1] = *focal_factor * k.fy * x[1] / x[2] + k.cy - seen.y();
+  bool operator()(const T* camera, const T* point, const T* log_zoom, T* residual) const {
+    T p[3];
+    ceres::AngleAxisRotatePoint(camera, point, p);
+    for (int i = 0; i < 3; ++i) p[i] += camera[3 + i];
+    if (!(p[2] > T(1e-9))) return false;
+    using std::exp;
+    const T zoom = exp(log_zoom[0]);
+    residual[0] = zoom * lens.fx * p[0] / p[2] + lens.cx - pixel.x();
+    residual[1] = zoom * lens.fy * p[1] / p[2] + lens.cy - pixel.y();
     return true;
   }
 };
 
 struct FocalPrior {
-  double expected_log;
+  double log_expected;
   template <class T>
-  bool operator()(const T* factor, T* residual) const {
-    constexpr double weight = 5;  // a factor of two costs as much as a dozen pixels: only the undecided feel it
-    if (*factor <= T(0)) return false;
-    residual[0] = weight * (log(*factor) - expected_log);
+  bool operator()(const T* log_zoom, T* residual) const {
+    residual[0] = (log_zoom[0] - T(log_expected)) / T(0.5);
     return true;
   }
 };
 
-Pose to_parameters(const Rigid3& pose) {
-  Pose p{};
-  const Eigen::AngleAxisd turn(pose.rotation);
-  Eigen::Map<Eigen::Vector3d>(p.data()) = turn.angle() * turn.axis();
-  Eigen::Map<Eigen::Vector3d>(p.data() + 3) = pose.translation;
-  return p;
+using Block = std::array<double, 6>;
+
+Block block_of(const Rigid3& pose) {
+  Block out{};
+  ceres::RotationMatrixToAngleAxis(pose.rotation.data(), out.data());
+  for (int i = 0; i < 3; ++i) out[static_cast<std::size_t>(3 + i)] = pose.translation[i];
+  return out;
 }
 
-Rigid3 to_pose(const Pose& p) {
-  const Eigen::Map<const Eigen::Vector3d> turn(p.data()), translation(p.data() + 3);
-  const double angle = turn.norm();
-  Rigid3 pose;
-  if (angle > 0) pose.rotation = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-  pose.translation = translation;
-  return pose;
+Rigid3 pose_of(const Block& block) {
+  Rigid3 out;
+  ceres::AngleAxisToRotationMatrix(block.data(), out.rotation.data());
+  out.translation = {block[3], block[4], block[5]};
+  return out;
+}
+
+ceres::CostFunction* reprojection(const Intrinsics& lens, const Eigen::Vector2d& pixel) {
+  return new ceres::AutoDiffCostFunction<Reprojection, 2, 6, 3, 1>(new Reprojection{lens, pixel});
+}
+
+double solve(ceres::Problem& problem, ceres::LinearSolverType solver, int iterations, int residuals) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = solver;
+  options.max_num_iterations = iterations;
+  options.function_tolerance = 1e-5;
+  options.num_threads = 1;  // sums of several threads would depend on their number
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return residuals > 0 ? std::sqrt(2 * summary.final_cost / residuals) : 0;
 }
 
 }  // namespace
 
-void adjust(const std::vector<Track>& tracks, const AdjustOptions& options, Model& model) {
-  std::map<int, Pose> poses;
-  for (const auto& [frame, pose] : model.cam_from_world) poses[frame] = to_parameters(pose);
-  double focal_factor = 1;
-  ceres::Problem problem;
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    if (model.known[t] == 0) continue;
-    for (auto& [frame, pose] : poses) {
-      if (!tracks[t].covers(frame) || reprojection_error(model, tracks[t], t, frame) < 0) continue;
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<Landing, 2, 6, 3, 1>(new Landing{tracks[t].at(frame), model.intrinsics}),
-          new ceres::CauchyLoss(options.loss_px), pose.data(), model.points[t].data(), &focal_factor);
-    }
-  }
-  if (problem.NumResidualBlocks() == 0) return;
-  if (!options.focal)
-    problem.SetParameterBlockConstant(&focal_factor);
-  else if (options.prior_focal > 0)
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<FocalPrior, 1, 1>(
-            new FocalPrior{std::log(options.prior_focal / std::abs(model.intrinsics.fx))}),
-        nullptr, &focal_factor);
-  if (Pose& first = poses.begin()->second; problem.HasParameterBlock(first.data()))
-    problem.SetParameterBlockConstant(first.data());
-
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = poses.size() < 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
-  solver.max_num_iterations = options.iterations;
-  solver.num_threads = options.threads;
-  solver.function_tolerance = 1e-5;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  if (!summary.IsSolutionUsable()) return;
-  for (auto& [frame, pose] : model.cam_from_world) pose = to_pose(poses[frame]);
-  model.intrinsics.fx *= focal_factor;
-  model.intrinsics.fy *= focal_factor;
+double Reconstruction::error(const Track& track, std::size_t index, int frame) const {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const auto& pose = cam_from_world[static_cast<std::size_t>(frame)];
+  if (!pose || !points[index]) return infinite;
+  Eigen::Vector2d pixel;
+  if (!project(lens, *pose * *points[index], pixel)) return infinite;
+  return (pixel - track.at(frame)).norm();
 }
 
-double reprojection_error(const Model& model, const Track& track, std::size_t index, int frame) {
-  Eigen::Vector2d landed(0, 0);
-  if (!project(model.intrinsics, model.cam_from_world.at(frame) * model.points[index], landed)) return -1;
-  return (landed - track.at(frame)).norm();
+std::vector<int> Reconstruction::registered() const {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < cam_from_world.size(); ++i)
+    if (cam_from_world[i]) out.push_back(static_cast<int>(i));
+  return out;
+}
+
+double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options) {
+  const std::vector<int> frames = reconstruction.registered();
+  if (frames.empty()) return 0;
+  std::map<int, Block> cameras;
+  for (const int f : frames) cameras[f] = block_of(*reconstruction.cam_from_world[static_cast<std::size_t>(f)]);
+  double log_zoom = 0;
+  ceres::Problem problem;
+  auto* loss = new ceres::CauchyLoss(1.0);
+  int count = 0;
+  for (std::size_t t = 0; t < tracks.size(); ++t) {
+    if (!reconstruction.points[t]) continue;
+    std::vector<int> seen;
+    for (int f = tracks[t].first; f < tracks[t].end(); ++f)
+      if (reconstruction.error(tracks[t], t, f) < options.gate_px) seen.push_back(f);
+    if (seen.size() < 2) continue;
+    double* point = reconstruction.points[t]->data();
+    for (const int f : seen)
+      problem.AddResidualBlock(reprojection(reconstruction.lens, tracks[t].at(f)), loss, cameras[f].data(), point,
+                               &log_zoom);
+    if (!options.move_points) problem.SetParameterBlockConstant(point);
+    count += static_cast<int>(seen.size());
+  }
+  if (count == 0) {
+    delete loss;  // the problem owns it only once it is used
+    return 0;
+  }
+  if (problem.HasParameterBlock(cameras.begin()->second.data()))
+    problem.SetParameterBlockConstant(cameras.begin()->second.data());
+  if (options.fix_translation)
+    for (auto& [f, block] : cameras)
+      if (f != frames.front() && problem.HasParameterBlock(block.data()))
+        problem.SetManifold(block.data(), new ceres::SubsetManifold(6, {3, 4, 5}));
+  if (options.refine_focal) {
+    const double expected = std::log(options.focal_prior / reconstruction.lens.fx);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<FocalPrior, 1, 1>(new FocalPrior{expected}), nullptr,
+                             &log_zoom);
+    problem.SetParameterLowerBound(&log_zoom, 0, -0.7);
+    problem.SetParameterUpperBound(&log_zoom, 0, 0.7);
+  } else {
+    problem.SetParameterBlockConstant(&log_zoom);
+  }
+  const double rms = solve(problem, ceres::SPARSE_SCHUR, options.iterations, count);
+  for (const int f : frames) reconstruction.cam_from_world[static_cast<std::size_t>(f)] = pose_of(cameras[f]);
+  reconstruction.lens.fx *= std::exp(log_zoom);
+  reconstruction.lens.fy *= std::exp(log_zoom);
+  return rms;
+}
+
+void adjust_camera(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double gate_px) {
+  auto& pose = reconstruction.cam_from_world[static_cast<std::size_t>(frame)];
+  Block camera = block_of(*pose);
+  double log_zoom = 0;
+  ceres::Problem problem;
+  int count = 0;
+  for (std::size_t t = 0; t < tracks.size(); ++t) {
+    if (!tracks[t].in(frame) || !(reconstruction.error(tracks[t], t, frame) < gate_px)) continue;
+    double* point = reconstruction.points[t]->data();
+    problem.AddResidualBlock(reprojection(reconstruction.lens, tracks[t].at(frame)), new ceres::CauchyLoss(1.0),
+                             camera.data(), point, &log_zoom);
+    problem.SetParameterBlockConstant(point);
+    ++count;
+  }
+  if (count < 6) return;
+  problem.SetParameterBlockConstant(&log_zoom);
+  solve(problem, ceres::DENSE_QR, 10, count);
+  pose = pose_of(camera);
 }
 
 }  // namespace uwv::sfm

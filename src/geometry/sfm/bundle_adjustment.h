@@ -1,37 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras, points and, where asked, the focal length, adjusted together by Ceres until the points land where they were
-// seen.
+// A reconstruction under way, and its refinement: cameras, points and the focal length moved together until the
+// reprojections agree best (Triggs et al. 1999).
 #pragma once
 
-#include <cstdint>
-#include <map>
+#include <optional>
 #include <vector>
 
-#include "geometry/sfm/feature_tracks.h"
+#include "geometry/sfm/tracks.h"
 #include "uwv/core/camera.h"
 
 namespace uwv::sfm {
 
-/// A reconstruction under way: camera poses by frame, points by track.
-struct Model {
-  Intrinsics intrinsics;  ///< Of every frame.
-  std::map<int, Rigid3> cam_from_world;
-  std::vector<Eigen::Vector3d> points;
-  std::vector<std::uint8_t> known;  ///< Per track: 1 = points holds it.
+/// Poses by frame and points by track; empty = not known (yet).
+struct Reconstruction {
+  Intrinsics lens;
+  std::vector<std::optional<Rigid3>> cam_from_world;
+  std::vector<std::optional<Eigen::Vector3d>> points;
+
+  /// Reprojection error in pixels; infinite behind the camera or where either is unknown.
+  double error(const Track& track, std::size_t index, int frame) const;
+  std::vector<int> registered() const;
 };
 
 struct AdjustOptions {
-  bool focal = false;           ///< Also adjust one focal length (fx = fy kept in proportion).
-  double prior_focal = 0;       ///< It is held near this, weakly; 0 = not at all.
+  bool refine_focal = false;
+  double focal_prior = 0;       ///< Expected fx; a prior of 0.5 in log f keeps an unobservable focal length in place.
+  bool move_points = true;      ///< False: only the cameras move.
+  bool fix_translation = false; ///< True: rotations (and points at infinity) only.
+  double gate_px = 4;           ///< Observations farther off take no part.
   int iterations = 20;
-  int threads = 1;
-  double loss_px = 1;           ///< Cauchy: observations farther off than this count less and less.
 };
+/// Root mean square error of the observations that took part. The first registered camera stays where it is.
+double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options);
 
-/// Improves `model` in place. The first frame's pose stays where it is.
-void adjust(const std::vector<Track>& tracks, const AdjustOptions& options, Model& model);
-
-/// How far, in pixels, a known point lands from where it was seen; negative when it is behind the camera.
-double reprojection_error(const Model& model, const Track& track, std::size_t index, int frame);
+/// Moves one camera alone; the points stay.
+void adjust_camera(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double gate_px);
 
 }  // namespace uwv::sfm

@@ -1,100 +1,110 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/sfm/motion_kind.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
-
-#include "geometry/sfm/two_view.h"
+#include <cmath>
+#include <limits>
 
 namespace uwv::sfm {
 namespace {
 
-constexpr std::size_t enough_tracks = 30;
-constexpr double still_px = 0.75;      // tracking noise on compressed video
-constexpr double still_share = 0.5;    // of the tracks: what fills half the picture and does not move is the world
-
-/// Pairs of frames far enough apart to tell, near enough to share tracks.
-std::vector<std::pair<int, int>> telling_pairs(const std::vector<Track>& tracks, const Shot& shot) {
-  std::vector<std::pair<int, int>> pairs;
-  const int starts = 4;
-  for (int s = 0; s < starts; ++s) {
-    const int a = shot.first + s * (shot.frames() - 1) / starts;
-    int b = shot.last;
-    while (b > a && common_tracks(tracks, a, b).size() < 2 * enough_tracks) b = a + (b - a) / 2;
-    if (b > a && common_tracks(tracks, a, b).size() >= enough_tracks) pairs.emplace_back(a, b);
-  }
-  return pairs;
-}
-
-struct PairEvidence {
-  double still = 1;        ///< Share of tracks that did not move.
-  double shift_px = 0;     ///< Median shift.
-  double residual_px = 0;  ///< Of the best rotation at the best focal length.
-  double focal = 0;
-};
-
-PairEvidence evidence(const std::vector<Pair>& pairs, Intrinsics k, const std::vector<double>& focals,
-                      std::uint64_t seed) {
-  PairEvidence found;
-  const auto still = std::count_if(pairs.begin(), pairs.end(),
-                                   [](const Pair& p) { return (p.a - p.b).norm() < still_px; });
-  found.still = static_cast<double>(still) / static_cast<double>(pairs.size());
-  std::vector<double> shifts;
-  for (const Pair& pair : pairs) shifts.push_back((pair.a - pair.b).norm());
-  found.shift_px = median(std::move(shifts));
-  found.residual_px = 1e9;
-  const double aspect = k.fy / k.fx;
-  for (const double focal : focals) {
-    k.fx = focal;
-    k.fy = focal * aspect;
-    const RotationFit fit = fit_rotation(pairs, k, seed);
-    if (fit.residual_px < found.residual_px) found.residual_px = fit.residual_px, found.focal = focal;
-  }
-  return found;
+/// Kabsch: the rotation that maximises the weighted sum of b . R a.
+Eigen::Matrix3d weighted_rotation(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b,
+                                  const std::vector<double>& weights) {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < a.size(); ++i) m += weights[i] * b[i] * a[i].transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0);
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
 }  // namespace
 
-MotionKind kind_of_motion(const std::vector<Track>& tracks, const Shot& shot, const Intrinsics& intrinsics,
-                          const std::vector<double>& focals, const SfmOptions& options) {
-  MotionKind kind;
-  if (shot.frames() == 1) {
-    kind.motion = ClipMotion::still;
-    kind.reason = "one frame shows no motion";
-    return kind;
+Eigen::Matrix3d fit_rotation(const PairMatches& matches, const Intrinsics& lens) {
+  std::vector<Eigen::Vector3d> a, b;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    a.push_back(unproject(lens, matches.a[i], 1).normalized());
+    b.push_back(unproject(lens, matches.b[i], 1).normalized());
   }
-  const auto pairs = telling_pairs(tracks, shot);
-  if (pairs.empty()) {
-    kind.reason = fmt::format("fewer than {} points can be followed through the clip", enough_tracks);
-    return kind;
+  std::vector<double> weights(a.size(), 1);
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  for (int round = 0; round < 12; ++round) {
+    rotation = weighted_rotation(a, b, weights);
+    const std::vector<double> residuals = rotation_residuals(matches, lens, rotation);
+    // Cauchy weights whose scale follows the median down: the majority decides.
+    const double scale = std::max(0.3, median(residuals));
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const double r = residuals[i] / scale;
+      weights[i] = 1 / (1 + r * r);
+    }
   }
-  double least_still = 1;
-  bool all_still = true;
-  for (const auto& [a, b] : pairs) {
-    const PairEvidence found = evidence(common_tracks(tracks, a, b), intrinsics, focals, options.seed);
-    least_still = std::min(least_still, found.still);
-    // Grass in the wind moves every point a little; a rotation that explains hardly more than none is none.
-    const bool nothing_to_explain =
-        found.shift_px < options.min_parallax_px && found.shift_px < 1.5 * std::max(found.residual_px, still_px);
-    const bool still = found.still >= still_share || nothing_to_explain;
-    all_still &= still;
-    if (still || found.residual_px <= kind.parallax_px) continue;
-    kind.parallax_px = found.residual_px;
-    kind.focal = found.focal;
+  return rotation;
+}
+
+std::vector<double> rotation_residuals(const PairMatches& matches, const Intrinsics& lens,
+                                       const Eigen::Matrix3d& b_from_a) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    Eigen::Vector2d pixel;
+    const bool front = project(lens, b_from_a * unproject(lens, matches.a[i], 1), pixel);
+    out.push_back(front ? (pixel - matches.b[i]).norm() : 1e4);
   }
-  if (all_still) {
-    kind.motion = ClipMotion::still;
-    kind.parallax_px = 0;
-    kind.reason = fmt::format("at least {:.0f} % of the points stay within {} px, and no turn explains the others",
-                              100 * least_still, still_px);
-  } else if (kind.parallax_px < options.min_parallax_px) {
-    kind.motion = ClipMotion::turning;
-    kind.reason = fmt::format("a turning camera explains the points to {:.2f} px, and {} px of parallax are wanted",
-                              kind.parallax_px, options.min_parallax_px);
-  } else {
-    kind.motion = ClipMotion::moving;
-    kind.reason = fmt::format("no turning camera explains {:.1f} px of shift", kind.parallax_px);
+  return out;
+}
+
+double median_travel(const std::vector<Track>& tracks, int least) {
+  std::vector<double> travel;
+  for (const Track& track : tracks) {
+    if (static_cast<int>(track.pixels.size()) < least) continue;
+    double farthest = 0;
+    for (const Eigen::Vector2d& p : track.pixels) farthest = std::max(farthest, (p - track.pixels.front()).norm());
+    travel.push_back(farthest);
   }
-  return kind;
+  return median(travel);
+}
+
+std::vector<int> choose_keyframes(const std::vector<Track>& tracks, int frames, double step_px) {
+  std::vector<int> out{0};
+  const auto in_frame = [&](int frame) {
+    return std::count_if(tracks.begin(), tracks.end(), [&](const Track& t) { return t.in(frame); });
+  };
+  auto held = in_frame(0);
+  for (int f = 1; f < frames; ++f) {
+    const PairMatches matches = matches_between(tracks, out.back(), f);
+    std::vector<double> shift;
+    for (std::size_t i = 0; i < matches.size(); ++i) shift.push_back((matches.a[i] - matches.b[i]).norm());
+    if (median(shift) < step_px && 2 * static_cast<long>(matches.size()) > held && f + 1 < frames) continue;
+    out.push_back(f);
+    held = in_frame(f);
+  }
+  return out;
+}
+
+std::vector<FramePair> pairs_of(const std::vector<Track>& tracks, std::span<const int> keyframes, int least_matches) {
+  std::vector<FramePair> out;
+  const auto n = keyframes.size();
+  for (std::size_t gap = 1; gap < n; gap *= 2)
+    for (std::size_t i = 0; i + gap < n; i += std::max<std::size_t>(1, gap / 2)) {
+      const FramePair pair{keyframes[i], keyframes[i + gap]};
+      if (static_cast<int>(matches_between(tracks, pair.a, pair.b).size()) >= least_matches) out.push_back(pair);
+    }
+  return out;
+}
+
+TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
+                       std::span<const Intrinsics> lenses) {
+  TurningFit best{lenses.front(), std::numeric_limits<double>::infinity()};
+  for (const Intrinsics& lens : lenses) {
+    double worst = 0;
+    for (const FramePair& pair : pairs) {
+      const PairMatches matches = matches_between(tracks, pair.a, pair.b);
+      worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
+      if (worst >= best.parallax_px) break;
+    }
+    if (worst < best.parallax_px) best = {lens, worst};
+  }
+  return best;
 }
 
 }  // namespace uwv::sfm

@@ -1,29 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// Did the camera stand still, turn, or move? Asked before anything is reconstructed.
+// What the tracks say about the camera before any reconstruction: does anything move, and can turning explain it?
 #pragma once
 
-#include <string>
-#include <vector>
+#include <span>
 
-#include "geometry/sfm/feature_tracks.h"
+#include "geometry/sfm/tracks.h"
+#include "uwv/core/camera.h"
 
 namespace uwv::sfm {
 
-/// The frames [first, last] of one shot.
-struct Shot {
-  int first = 0, last = 0;
-  int frames() const { return last - first + 1; }
-};
+/// The rotation b_from_a that best turns the matches' rays into each other, against outliers of up to about half.
+Eigen::Matrix3d fit_rotation(const PairMatches& matches, const Intrinsics& lens);
+/// Per match, how far from b the turned a lands, in pixels.
+std::vector<double> rotation_residuals(const PairMatches& matches, const Intrinsics& lens,
+                                       const Eigen::Matrix3d& b_from_a);
 
-struct MotionKind {
-  ClipMotion motion = ClipMotion::indeterminate;
-  std::string reason;
-  double parallax_px = 0;  ///< The largest, over pairs of frames, of the median shift no rotation explains.
-  double focal = 0;        ///< The focal length (pixels) that explains turning best; 0 = nothing to go by.
-};
+/// Median over the tracks of how far each strays from its own first place, in pixels. Tracks of `least` frames or more.
+double median_travel(const std::vector<Track>& tracks, int least);
 
-/// `focals`: hypotheses in pixels; a known lens gives one.
-MotionKind kind_of_motion(const std::vector<Track>& tracks, const Shot& shot, const Intrinsics& intrinsics,
-                          const std::vector<double>& focals, const SfmOptions& options);
+/// Frames some way apart, chosen so that at least one of them spans each stretch of the shot.
+struct FramePair {
+  int a = 0, b = 0;
+};
+/// Keyframes: a new one whenever the picture has shifted by `step_px` (median) or half of the tracks were lost.
+std::vector<int> choose_keyframes(const std::vector<Track>& tracks, int frames, double step_px);
+std::vector<FramePair> pairs_of(const std::vector<Track>& tracks, std::span<const int> keyframes, int least_matches);
+
+struct TurningFit {
+  Intrinsics lens;         ///< As given, or the candidate that leaves least.
+  double parallax_px = 0;  ///< Largest over the pairs of the median residual after the best rotation.
+};
+/// How much of the pairs' motion remains after rotation; the smallest over the candidate lenses.
+TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
+                       std::span<const Intrinsics> lenses);
 
 }  // namespace uwv::sfm

@@ -1,242 +1,254 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/geometry/structure_from_motion.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
-#include "geometry/sfm/reconstruction.h"
-#include "geometry/sfm/two_view.h"
+#include "geometry/sfm/feature_tracking.h"
+#include "geometry/sfm/hypotheses.h"
+#include "geometry/sfm/motion_kind.h"
+#include "geometry/sfm/result.h"
+#include "geometry/sfm/triangulation.h"
+#include "geometry/sfm/turning.h"
 
 namespace uwv {
 namespace {
 
 using namespace sfm;
 
-constexpr double assumed_fov = std::numbers::pi / 3;
-constexpr double tried_fovs_deg[] = {60, 45, 80, 32};  // the usual first: later ones must be clearly better
+constexpr int least_matches = 20;        // fewer say nothing reliable about two frames
+constexpr int adjusted_per_frame = 300;  // long tracks; more raise the time of adjustment, hardly its accuracy
+constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
+constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains all but noise
+constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
+constexpr double convincing_share = 0.5;  // between, a moving camera must halve turning's misfit to be believed
+constexpr double assumed_fov_degrees = 60;
 
-Shot longest_shot(const std::vector<int>& cuts, int frames) {
-  Shot longest{0, -1};
-  int first = 0;
-  for (std::size_t i = 0; i <= cuts.size(); ++i) {
-    const int end = i < cuts.size() ? cuts[i] : frames;
-    if (end - first > longest.frames()) longest = {first, end - 1};
-    first = end;
-  }
-  return longest;
+Intrinsics lens_of_fov(double degrees, Size size) {
+  return Intrinsics::from_fov_x(degrees * std::numbers::pi / 180, size);
 }
 
-std::vector<double> focal_hypotheses(const SfmOptions& options, Size size) {
-  if (options.intrinsics) return {options.intrinsics->fx};
-  std::vector<double> focals;
-  for (const double fov : tried_fovs_deg)
-    focals.push_back(Intrinsics::from_fov_x(fov * std::numbers::pi / 180, size).fx);
-  return focals;
+std::vector<Intrinsics> candidate_lenses(const SfmOptions& options, Size full, Size tracked,
+                                         std::initializer_list<double> fovs) {
+  if (options.intrinsics) return {options.intrinsics->resized(full, tracked)};
+  std::vector<Intrinsics> out;
+  for (const double fov : fovs) out.push_back(lens_of_fov(fov, tracked));
+  return out;
 }
 
-Intrinsics with_focal(Intrinsics intrinsics, double fx) {
-  intrinsics.fy *= fx / intrinsics.fx;
-  intrinsics.fx = fx;
-  return intrinsics;
-}
+struct Shot {
+  int begin = 0, end = 0;
+  int length() const { return end - begin; }
+};
 
-/// The reconstruction of the key frames under the focal length that explains most, best.
-std::optional<Reconstruction> best_reconstruction(const std::vector<Track>& tracks, const std::vector<int>& keys,
-                                                  const Intrinsics& intrinsics, const std::vector<double>& focals,
-                                                  const SfmOptions& options, int threads, Monitor& monitor) {
-  std::optional<Reconstruction> best;
-  double best_score = 0;
-  for (const double focal : focals) {
-    auto found = reconstruct(tracks, keys, with_focal(intrinsics, focal), focals.size() > 1, options, threads, monitor);
-    if (!found) continue;
-    const double score = static_cast<double>(found->observations) / (0.1 + found->rms_px);
-    if (score > 1.05 * best_score) best_score = score, best = std::move(found);
+Shot longest_shot(const TrackedClip& clip) {
+  Shot best, now;
+  for (std::size_t i = 0; i <= clip.cuts.size(); ++i) {
+    now.end = i < clip.cuts.size() ? clip.cuts[i] : clip.frames;
+    if (now.length() > best.length()) best = now;
+    now.begin = now.end;
   }
   return best;
 }
 
-Rigid3 between(const Rigid3& a, const Rigid3& b, double share) {
-  const Eigen::Quaterniond qa(a.rotation), qb(b.rotation);
-  return {qa.slerp(share, qb).toRotationMatrix(), (1 - share) * a.translation + share * b.translation};
+/// Matches between neighbouring frames in the poorest tenth of the shot.
+int typical_matches(const std::vector<Track>& tracks, int frames) {
+  std::vector<int> counts(static_cast<std::size_t>(frames - 1), 0);
+  for (const Track& track : tracks)
+    for (int f = track.first; f + 1 < track.end(); ++f) ++counts[static_cast<std::size_t>(f)];
+  std::sort(counts.begin(), counts.end());
+  return counts[counts.size() / 10];
 }
 
-/// One camera a frame; those that were not registered lie between their neighbours.
-void place_cameras(const Model& model, const Rigid3& world_from_model, double unit, Size size, std::size_t frames,
-                   SfmResult& result) {
-  std::map<int, Rigid3> world_from_cam;
-  for (const auto& [frame, cam_from_model] : model.cam_from_world) {
-    Rigid3 pose = world_from_model * cam_from_model.inverse();
-    pose.translation *= unit;
-    world_from_cam[frame] = pose;
-  }
-  result.registered.assign(frames, 0);
-  for (std::size_t i = 0; i < frames; ++i) {
-    const int frame = static_cast<int>(i);
-    const auto after = world_from_cam.lower_bound(frame);
-    Rigid3 pose;
-    if (after == world_from_cam.end())
-      pose = std::prev(after)->second;
-    else if (after->first == frame || after == world_from_cam.begin())
-      pose = after->second;
-    else
-      pose = between(std::prev(after)->second, after->second,
-                     static_cast<double>(frame - std::prev(after)->first) / (after->first - std::prev(after)->first));
-    result.registered[i] = world_from_cam.contains(frame) ? 1 : 0;
-    result.cameras.push_back({model.intrinsics, pose, size});
-  }
+double travel_of(const std::vector<Track>& tracks, int frames) {
+  const int least = std::min(frames, 10);
+  const auto lasting = std::count_if(tracks.begin(), tracks.end(),
+                                     [&](const Track& t) { return static_cast<int>(t.pixels.size()) >= least; });
+  return median_travel(tracks, lasting >= least_matches ? least : 2);
 }
 
-void place_points(const Model& model, const std::vector<Track>& tracks, const Rigid3& world_from_model, double unit,
-                  SfmResult& result) {
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    if (model.known[t] == 0) continue;
-    ScenePoint point;
-    point.x_in_world = unit * (world_from_model * model.points[t]);
-    double squares = 0;
-    for (const auto& [frame, pose] : model.cam_from_world) {
-      if (!tracks[t].covers(frame)) continue;
-      point.observations.push_back({frame, tracks[t].at(frame)});
-      const double error = reprojection_error(model, tracks[t], t, frame);
-      squares += error * error;
-    }
-    point.error_px = std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, point.observations.size())));
-    result.points.push_back(std::move(point));
-  }
+/// Dense enough for parallax to be followed, at most 40 so that trials stay cheap.
+std::vector<int> keyframes_of(const std::vector<Track>& tracks, int frames, Size size) {
+  double step = std::max(4.0, 0.02 * size.width);
+  std::vector<int> out = choose_keyframes(tracks, frames, step);
+  for (int i = 0; i < 8 && out.size() > 40; ++i) out = choose_keyframes(tracks, frames, step *= 1.4);
+  return out;
 }
 
-/// World = the first registered camera; unit = the median depth of what it sees.
-void deliver(const Reconstruction& reconstruction, const std::vector<Track>& tracks, Size size, std::size_t frames,
-             SfmResult& result) {
-  const Model& model = reconstruction.model;
-  const auto& [first, first_from_model] = *model.cam_from_world.begin();
-  std::vector<double> depths, all_depths;
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    if (model.known[t] == 0) continue;
-    const double depth = (first_from_model * model.points[t]).z();
-    all_depths.push_back(depth);
-    if (tracks[t].covers(first)) depths.push_back(depth);
-  }
-  const double typical = median(depths.empty() ? all_depths : depths);
-  const double unit = typical > 0 ? 1 / typical : 1;
-  place_cameras(model, first_from_model, unit, size, frames, result);
-  place_points(model, tracks, first_from_model, unit, result);
-  result.rms_error_px = reconstruction.rms_px;
-  std::size_t long_tracks = 0, placed = 0;
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    constexpr std::size_t long_enough = 6;
-    if (tracks[t].pixels.size() < long_enough || tracks[t].first < first) continue;
-    ++long_tracks;
-    placed += model.known[t];
-  }
-  result.moving_share = long_tracks == 0 ? 0 : 1 - static_cast<double>(placed) / static_cast<double>(long_tracks);
-}
-
-/// Rotations about one point, each frame against the one before it that shares most.
-void turn_cameras(const std::vector<Track>& tracks, const Shot& shot, const Intrinsics& intrinsics, Size size,
-                  std::size_t frames, std::uint64_t seed, SfmResult& result) {
-  std::vector<Eigen::Matrix3d> cam_from_first(frames, Eigen::Matrix3d::Identity());
-  result.registered.assign(frames, 0);
-  int anchor = shot.first;
-  for (int i = shot.first; i <= shot.last; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    result.registered[at] = 1;
-    constexpr std::size_t enough = 60;  // below, a nearer frame is the better start
-    std::vector<Pair> pairs = common_tracks(tracks, anchor, i);
-    if (pairs.size() < enough && i > shot.first) anchor = i - 1, pairs = common_tracks(tracks, anchor, i);
-    if (i > shot.first)
-      cam_from_first[at] =
-          fit_rotation(pairs, intrinsics, seed).b_from_a * cam_from_first[static_cast<std::size_t>(anchor)];
-  }
-  for (std::size_t i = 0; i < frames; ++i) {
-    const auto at = static_cast<std::size_t>(std::clamp(static_cast<int>(i), shot.first, shot.last));
-    result.cameras.push_back({intrinsics, {cam_from_first[at].transpose(), Eigen::Vector3d::Zero()}, size});
-  }
-}
-
-void check_frames(std::span<const ImageRgb> frames) {
-  require(!frames.empty(), "structure_from_motion: found no frames, wanted at least one");
-  for (const ImageRgb& frame : frames)
-    require(frame.size() == frames.front().size() && !frame.empty(),
-            "structure_from_motion: found frames of {}x{} and {}x{}", frames.front().width(), frames.front().height(),
-            frame.width(), frame.height());
-}
-
-class Solver {
+/// The job's parts: what the clip is, then what follows from it.
+class Job {
  public:
-  Solver(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool, Monitor& monitor)
-      : frames_(frames), options_(options), size_(frames.front().size()), pool_(pool), monitor_(monitor) {}
+  Job(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool, Monitor& monitor)
+      : options_(options), monitor_(monitor), full_(frames.front().size()) {
+    clip_ = track_features(frames, options, pool, monitor);
+    shot_ = longest_shot(clip_);
+    tracks_ = tracks_of_shot(clip_, shot_.begin, shot_.end);
+    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
+    std::iota(all.begin(), all.end(), 0);
+    used_ = thinned(tracks_, all, adjusted_per_frame);
+  }
 
-  SfmResult solve() {
-    const Tracks found = follow_features(frames_, options_, pool_, monitor_);
-    result_.cuts = found.cuts;
-    shot_ = longest_shot(found.cuts, static_cast<int>(frames_.size()));
-    intrinsics_ = options_.intrinsics.value_or(Intrinsics::from_fov_x(assumed_fov, size_));
-    const std::vector<double> focals = focal_hypotheses(options_, size_);
-    const MotionKind kind = kind_of_motion(found.tracks, shot_, intrinsics_, focals, options_);
-    result_.motion = kind.motion;
-    result_.reason = kind.reason;
-    result_.parallax_px = kind.parallax_px;
-    switch (kind.motion) {
-      case ClipMotion::still: stand(); break;
-      case ClipMotion::turning: turn(found.tracks, kind); break;
-      case ClipMotion::moving: move(found, focals); break;
-      case ClipMotion::indeterminate: break;
+  SfmResult result() {
+    result_.cuts = clip_.cuts;
+    result_.focal_estimated = false;
+    if (shot_.length() < 2) return still("no frame has a neighbour of the same shot, so nothing can have moved");
+    const int matches = typical_matches(tracks_, shot_.length());
+    if (matches < least_matches)
+      return indeterminate(fmt::format("only {} features could be followed between frames; {} are needed", matches,
+                                       least_matches));
+    const double travel = travel_of(tracks_, shot_.length());
+    if (travel < still_px)
+      return still(fmt::format("half of the tracks stay within {:.2f} px of where they began", travel));
+    const std::vector<int> keyframes = keyframes_of(tracks_, shot_.length(), clip_.size);
+    const std::vector<FramePair> pairs = pairs_of(tracks_, keyframes, least_matches);
+    if (pairs.empty()) return indeterminate("no two frames apart share enough tracks");
+    const TurningFit turning = fit_turning(
+        tracks_, pairs, candidate_lenses(options_, full_, clip_.size, {25, 35, 45, 55, 65, 80, 100, 120}));
+    result_.parallax_px = turning.parallax_px * scale();
+    if (turning.parallax_px < clear_share * options_.min_parallax_px) return turned(rotations_of(turning));
+    const Outcome outcome = explore(keyframes, pairs);
+    if (turning.parallax_px < clear_multiple * options_.min_parallax_px) {
+      const Reconstruction rotations = rotations_of(turning);
+      const double limit = options_.max_error_px;
+      if (!outcome.found || misfit(outcome.reconstruction, used_, keyframes, limit) >
+                                convincing_share * misfit(rotations, used_, keyframes, limit))
+        return turned(rotations);
     }
-    return std::move(result_);
+    return moved(outcome);
   }
 
  private:
-  void stand() {
-    result_.registered.assign(frames_.size(), 0);
-    for (int i = shot_.first; i <= shot_.last; ++i) result_.registered[static_cast<std::size_t>(i)] = 1;
-    result_.cameras.assign(frames_.size(), {intrinsics_, {}, size_});
+  double scale() const { return static_cast<double>(full_.width) / clip_.size.width; }
+
+  Intrinsics assumed_lens() const {
+    return options_.intrinsics ? *options_.intrinsics : lens_of_fov(assumed_fov_degrees, full_);
   }
 
-  void turn(const std::vector<Track>& tracks, const MotionKind& kind) {
-    if (kind.focal > 0 && !options_.intrinsics) {
-      intrinsics_ = with_focal(intrinsics_, kind.focal);
-      result_.focal_estimated = true;
-    }
-    turn_cameras(tracks, shot_, intrinsics_, size_, frames_.size(), options_.seed, result_);
+  SfmResult indeterminate(std::string reason) {
+    result_.motion = ClipMotion::indeterminate;
+    result_.reason = std::move(reason);
+    result_.registered.assign(static_cast<std::size_t>(clip_.frames), 0);
+    return std::move(result_);
   }
 
-  void move(const Tracks& found, const std::vector<double>& focals) {
-    const std::vector<int> keys = key_frames(found.shift_px, shot_, size_.width);
-    auto best = best_reconstruction(found.tracks, keys, intrinsics_, focals, options_, pool_.size(), monitor_);
-    const auto wanted = std::max<std::size_t>(2, keys.size() / 2);
-    if (!best || best->model.cam_from_world.size() < wanted) {
-      result_.motion = ClipMotion::indeterminate;
-      result_.reason = fmt::format("{}, yet only {} of {} key frames fit together: too little to follow, or most of it "
-                                   "moves by itself",
-                                   result_.reason, best ? best->model.cam_from_world.size() : 0, keys.size());
-      return;
-    }
-    register_rest(found.tracks, shot_, focals.size() > 1, options_, pool_.size(), monitor_, *best);
-    result_.focal_estimated = focals.size() > 1;
-    deliver(*best, found.tracks, size_, frames_.size(), result_);
+  SfmResult still(std::string reason) {
+    result_.motion = ClipMotion::still;
+    result_.reason = std::move(reason);
+    if (!options_.intrinsics) result_.reason += "; the lens is assumed";
+    result_.cameras.assign(static_cast<std::size_t>(clip_.frames), Camera{assumed_lens(), Rigid3{}, full_});
+    result_.registered.assign(static_cast<std::size_t>(clip_.frames), 0);
+    std::fill(result_.registered.begin() + shot_.begin, result_.registered.begin() + shot_.end, std::uint8_t{1});
+    return std::move(result_);
   }
 
-  std::span<const ImageRgb> frames_;
+  GrowOptions grow_options(const Intrinsics& prior) const {
+    return {options_.max_error_px, !options_.intrinsics, prior.fx};
+  }
+
+  Reconstruction rotations_of(const TurningFit& fit) {
+    monitor_.step("cameras", 0, 1);
+    Reconstruction out = turn(used_, shot_.length(), fit.lens, grow_options(fit.lens));
+    monitor_.step("bundle adjustment", 1, 1);
+    return out;
+  }
+
+  SfmResult turned(const Reconstruction& rotations) {
+    result_.motion = ClipMotion::turning;
+    result_.focal_estimated = !options_.intrinsics;
+    result_.reason = fmt::format("rotation leaves {:.2f} px of the motion unexplained", result_.parallax_px);
+    fill_cameras(result_, rotations, placement());
+    fill_errors(result_, rotations, used_, options_.max_error_px, scale());
+    return std::move(result_);
+  }
+
+  Outcome explore(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) {
+    Exploration exploration;
+    exploration.lenses = candidate_lenses(options_, full_, clip_.size, {60, 40, 85, 110, 25});
+    exploration.grow = grow_options(lens_of_fov(assumed_fov_degrees, clip_.size));
+    exploration.size = clip_.size;
+    return reconstruct(used_, shot_.length(), keyframes, pairs, exploration, monitor_);
+  }
+
+  Placement placement() const { return {shot_.begin, clip_.frames, full_, clip_.size}; }
+
+  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted.
+  Reconstruction with_all_points(Reconstruction reconstruction) const {
+    reconstruction.points.assign(tracks_.size(), std::nullopt);
+    triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
+    return reconstruction;
+  }
+
+  SfmResult moved(const Outcome& outcome) {
+    const double limit = options_.max_error_px;
+    if (!outcome.found || outcome.misfit > 0.7 * limit * limit)
+      return indeterminate(fmt::format(
+          "tracks move, but no {} camera path explains them: {} beginnings tried, best residual {:.2f} of {:.2f} px",
+          options_.intrinsics ? "(with the given lens)" : "", outcome.tried, std::sqrt(outcome.misfit), limit));
+    const auto posed = static_cast<int>(outcome.reconstruction.registered().size());
+    if (2 * posed < shot_.length())
+      return indeterminate(fmt::format("only {} of {} frames could be placed", posed, shot_.length()));
+    result_.motion = ClipMotion::moving;
+    result_.focal_estimated = !options_.intrinsics;
+    fill_cameras(result_, outcome.reconstruction, placement());
+    const Reconstruction all = with_all_points(outcome.reconstruction);
+    fill_errors(result_, all, tracks_, limit, scale());
+    fill_points(result_, all, tracks_, limit, placement());
+    result_.reason = fmt::format("{:.1f} px of parallax; {} of {} frames placed, {} points, error {:.2f} px{}",
+                                 result_.parallax_px, posed, shot_.length(), result_.points.size(),
+                                 result_.rms_error_px,
+                                 outcome.from_plane ? "; nearly one plane is seen, its homography began" : "");
+    return std::move(result_);
+  }
+
   const SfmOptions& options_;
-  Size size_;
-  ThreadPool& pool_;
   Monitor& monitor_;
+  Size full_;
+  TrackedClip clip_;
   Shot shot_;
-  Intrinsics intrinsics_;
+  std::vector<Track> tracks_;
+  std::vector<Track> used_;  // those that take part in the adjustment
   SfmResult result_;
 };
 
 }  // namespace
 
+std::string_view to_string(ClipMotion motion) {
+  switch (motion) {
+    case ClipMotion::moving: return "moving";
+    case ClipMotion::turning: return "turning";
+    case ClipMotion::still: return "still";
+    default: return "indeterminate";
+  }
+}
+
+void SfmOptions::check() const {
+  require(max_features >= 50 && max_features <= 100000, "max_features {} is not in 50..100000", max_features);
+  require(tracking_height >= 60, "tracking_height {} is below 60", tracking_height);
+  require(min_parallax_px > 0 && std::isfinite(min_parallax_px), "min_parallax_px {} is not positive", min_parallax_px);
+  require(max_error_px > 0 && std::isfinite(max_error_px), "max_error_px {} is not positive", max_error_px);
+  if (!intrinsics) return;
+  require(std::isfinite(intrinsics->fx) && std::isfinite(intrinsics->fy) && intrinsics->fx > 0 && intrinsics->fy > 0,
+          "the focal length {} x {} is not positive", intrinsics->fx, intrinsics->fy);
+  require(std::isfinite(intrinsics->cx) && std::isfinite(intrinsics->cy), "the principal point is not finite");
+}
+
+std::string SfmResult::brief() const {
+  return fmt::format("{}: {} ({} cuts, {:.0f} % of the tracks move by themselves, {:.1f} s)", to_string(motion), reason,
+                     cuts.size(), 100 * moving_share, seconds);
+}
+
 SfmResult structure_from_motion(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool,
                                 Monitor& monitor) {
   options.check();
-  check_frames(frames);
+  require(!frames.empty(), "structure from motion needs at least one frame");
+  for (const ImageRgb& frame : frames)
+    require(!frame.empty() && frame.size() == frames.front().size(), "a frame of {}x{} among frames of {}x{}",
+            frame.width(), frame.height(), frames.front().width(), frames.front().height());
   const auto start = std::chrono::steady_clock::now();
-  SfmResult result = Solver(frames, options, pool, monitor).solve();
+  SfmResult result = Job(frames, options, pool, monitor).result();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -1,33 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What two frames alone tell: the rotation that explains them best, and the relative pose.
+// The first two cameras: five-point essential matrices (Nister 2004), and homographies where one plane fills the view.
 #pragma once
 
-#include <optional>
-#include <vector>
-
-#include "geometry/sfm/feature_tracks.h"
-#include "uwv/core/camera.h"
+#include "geometry/sfm/motion_kind.h"
 
 namespace uwv::sfm {
 
-/// How well a camera that only turned explains a pair of frames.
-struct RotationFit {
-  Eigen::Matrix3d b_from_a = Eigen::Matrix3d::Identity();
-  double residual_px = 0;  ///< Median shift it leaves unexplained.
+struct TwoViewStart {
+  FramePair frames;
+  Rigid3 b_from_a;        ///< Translation of length 1.
+  bool from_plane = false;
 };
-RotationFit fit_rotation(const std::vector<Pair>& pairs, const Intrinsics& intrinsics, std::uint64_t seed);
 
-struct RelativePose {
-  Rigid3 b_from_a;  ///< Translation of unit length.
-  std::vector<std::size_t> inliers;  ///< Indices into the pairs.
-  double median_angle = 0;           ///< Between the rays to a point, radians.
-};
-/// Nothing when too few pairs agree or too few points lie in front of both cameras.
-std::optional<RelativePose> relative_pose(const std::vector<Pair>& pairs, const Intrinsics& intrinsics,
-                                          double max_error_px);
-
-/// A point from two or more views by linear least squares; nothing when it lies behind a camera or is undetermined.
-std::optional<Eigen::Vector3d> triangulate(const std::vector<Rigid3>& cams_from_world,
-                                           const std::vector<Eigen::Vector2d>& pixels, const Intrinsics& intrinsics);
+/// Pairs worth starting from, best first: many common tracks whose shift rotation does not explain.
+std::vector<FramePair> rank_pairs(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
+                                  const Intrinsics& lens, Size size);
+/// What the pair's relative pose can be: the essential matrix's, and the homography's where it explains as much.
+std::vector<TwoViewStart> starts_of(const std::vector<Track>& tracks, const FramePair& pair, const Intrinsics& lens,
+                                    double max_error_px);
 
 }  // namespace uwv::sfm

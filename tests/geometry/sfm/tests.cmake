@@ -1,1 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+uwv_add_test(geometry_sfm
+  SOURCES
+    sfm/motion_kind_test.cpp
+    sfm/moving_test.cpp
+  LIBS uwv::geometry uwv::eval)

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adding a camera to points that are already known.
+#pragma once
+
+#include "geometry/sfm/bundle_adjustment.h"
+
+namespace uwv::sfm {
+
+/// Poses `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC over
+/// minimal sets. False, and no pose, when fewer than `least` tracks or 30 % of them agree.
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
+            int least = 10);
+
+}  // namespace uwv::sfm
