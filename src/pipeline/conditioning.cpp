@@ -126,6 +126,13 @@ void put_behind(const RenderedFrame& background, RenderedFrame& frame, std::size
   }
 }
 
+/// The background holds nothing that moves.
+OcclusionOptions background_occlusion(const Plan& plan) {
+  OcclusionOptions options = plan.occlusion();
+  if (options.accumulation == Accumulation::foreground) options.accumulation = Accumulation::product;
+  return options;
+}
+
 using SourceChannel = Channel<std::shared_ptr<const SourceData>>;
 
 void read_sources(const Plan& plan, SourceChannel& into) {
@@ -146,7 +153,7 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
   const ChannelCloser no_more_sources(from);
   const ChannelCloser no_more_frames(into);
   OcclusionRenderer renderer(shop.rasterizer, shop.pool, plan.occlusion());
-  OcclusionRenderer background_renderer(shop.rasterizer, shop.pool, plan.occlusion());
+  OcclusionRenderer background_renderer(shop.rasterizer, shop.pool, background_occlusion(plan));
   Tally tally;
   shop.monitor.step("conditioning", 0, plan.frames());
   for (const TargetFrame& target : plan.path.frames) {
@@ -217,6 +224,7 @@ ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) 
   return {{"frames", tally.frames},
           {"renderer", shop.rasterizer.name()},
           {"reliability", plan.reliability()},
+          {"accumulation", plan.accumulation_reason()},
           {"passes", tally.passes},
           {"skipped_passes", tally.skipped},
           {"render_ms_per_frame", 1000 * tally.render_seconds / static_cast<double>(tally.frames)},

@@ -99,6 +99,8 @@ std::vector<Option> path_options() {
   return {
       option("traj", &O::traj, "FILE|NAME", "trajectory file (docs/trajectories.md) or the name of a preset"),
       option("frames", &O::frames, "N", "target frames; unset: the file's, else the clip's, 81 for a photo"),
+      option("follow_source", &O::follow_source, "",
+             "apply the path to the moving source camera of each moment, not to its first pose"),
       option("elevation", &O::elevation, "DEG", "height of the first camera over the orbit's plane"),
       option("radius", &O::radius, "X", "distance to the orbit's centre; unset: median depth of the foreground"),
       option("radius_scale", &O::radius_scale, "X", "scales the path's offsets"),
@@ -107,12 +109,13 @@ std::vector<Option> path_options() {
 
 std::vector<Option> render_options() {
   return {
-option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
+      option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
       option("gl", &O::gl, "NAME", "which headless GL: auto, egl or osmesa"),
       option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
       option("visibility", &O::visibility, "NAME", "none (naive), ztest (a pass fewer) or reproject (the paper's)"),
       option("accumulation", &O::accumulation, "NAME",
-             "product (the paper's), product_in_view (for paths that return), none, foreground"),
+             "product (the paper's), product_in_view (for paths that return), none, foreground; unset: none where the "
+             "source camera moves, else foreground where there is one, else product"),
       option("alpha", &O::alpha, "DEG", "surfaces turned further than this from the target camera are not drawn"),
       option("normal_filter", &O::normal_filter, "", "drop surfaces turned away from the target camera"),
       option("point_size", &O::point_size, "X", "scales every footprint; more closes cracks of noisy depth"),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/plan.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "uwv/io/cameras_file.h"
@@ -41,6 +42,7 @@ TrajectorySpec named_spec(const RunOptions& options) {
 
 TrajectorySpec read_spec(const RunOptions& options, const SourceClip& source, Monitor& monitor) {
   TrajectorySpec spec = named_spec(options);
+  if (options.follow_source) spec.follow_source = true;
   if (options.frames) spec.frames = *options.frames;
   if (options.elevation) spec.elevation = *options.elevation;
   if (options.radius) spec.radius = *options.radius;
@@ -55,8 +57,27 @@ double output_fps(const RunOptions& options, const TrajectorySpec& spec, const C
   return clip.fps > 0 && !clip.is_photo ? clip.fps / static_cast<double>(options.stride) : reference_fps;
 }
 
+bool source_moves(const SourceClip& source) {
+  const std::vector<Rigid3>& poses = source.world_from_cam();
+  return std::any_of(poses.begin(), poses.end(), [&](const Rigid3& pose) { return !(pose == poses.front()); });
+}
+
+/// How far the source camera gets from where it began, scene units.
+double source_travel(const SourceClip& source) {
+  double farthest = 0;
+  for (const Rigid3& pose : source.world_from_cam())
+    farthest = std::max(farthest, (pose.translation - source.world_from_cam().front().translation).norm());
+  return farthest;
+}
+
 void warn_of_the_path(const Plan& plan, Monitor& monitor) {
-  if (plan.look.first_return >= 0 && plan.look.has_parallax && plan.options.accumulation == Accumulation::product)
+  constexpr double far_in_radii = 0.5;  // about where half the picture is another one
+  const double travel = source_travel(*plan.source) / plan.context.world.radius();
+  if (travel > far_in_radii && !plan.trajectory.follow_source && plan.frames() > 1)
+    monitor.warn(fmt::format("the source camera itself moves {:.2g} radii, while the path starts from its first pose: "
+                             "--follow-source applies the path to the moving camera",
+                             travel));
+  if (plan.look.first_return >= 0 && plan.look.has_parallax && plan.accumulation() == Accumulation::product)
     monitor.warn(
         fmt::format("the path comes back from frame {}: what was hidden in between stays masked; "
                     "--accumulation product_in_view keeps what only left the picture",
@@ -68,8 +89,23 @@ void warn_of_the_path(const Plan& plan, Monitor& monitor) {
 
 OcclusionOptions Plan::occlusion() const {
   OcclusionOptions decided = occlusion_options(options);
+  decided.accumulation = accumulation();
   if (options.reliability == ReliabilityChoice::automatic) decided.reliability.enabled = look.edges.smears();
   return decided;
+}
+
+Accumulation Plan::accumulation() const {
+  if (options.accumulation) return *options.accumulation;
+  if (source_moves(*source)) return Accumulation::none;
+  return source->has_foreground() ? Accumulation::foreground : Accumulation::product;
+}
+
+std::string Plan::accumulation_reason() const {
+  const std::string chosen(to_string(accumulation()));
+  if (options.accumulation) return chosen + ": asked for";
+  if (source_moves(*source)) return chosen + ": the source camera moves";
+  return chosen + (source->has_foreground() ? ": a foreground moves before a standing camera"
+                                            : ": nothing is known to move, and the camera stands");
 }
 
 std::string Plan::reliability() const {

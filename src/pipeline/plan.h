@@ -23,6 +23,9 @@ struct Plan {
   long frames() const { return static_cast<long>(path.frames.size()); }
   /// What the renderer is told; reliability is decided.
   OcclusionOptions occlusion() const;
+  /// How visibility accumulates along the path, and why.
+  Accumulation accumulation() const;
+  std::string accumulation_reason() const;
   /// Whether the reliability filter is on, and why.
   std::string reliability() const;
   /// Source camera in the subject world, where the path's cameras are given too.

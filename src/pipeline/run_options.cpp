@@ -100,7 +100,7 @@ OcclusionOptions occlusion_options(const RunOptions& from) {
   OcclusionOptions options;
   options.kernel = from.kernel;
   options.visibility = from.visibility;
-  options.accumulation = from.accumulation;
+  options.accumulation = from.accumulation.value_or(Accumulation::product);
   options.alpha = from.alpha * degree;
   options.normal_filter = from.normal_filter;
   options.depth_tolerance = from.depth_tolerance;

@@ -88,11 +88,10 @@ void SourceClip::open_cameras(const RunOptions& options, const std::optional<Geo
   const std::optional<Intrinsics> by_number = intrinsics_by_number(options, full_size);
   const Intrinsics assumed = assumed_intrinsics(full_size);
   if (!options.cameras.empty())
-    take_cameras(read_cameras(options.cameras, {.size = full_size, .intrinsics = by_number.value_or(assumed)}, monitor),
-                 options.start, options.stride, by_number);
+    take_cameras(options.cameras, {.size = full_size, .intrinsics = by_number.value_or(assumed)}, options.start,
+                 options.stride, by_number, monitor);
   else if (geometry)
-    take_cameras(read_cameras(geometry->cameras(), {.size = full_size, .intrinsics = assumed}, monitor), 0, 1,
-                 by_number);
+    take_cameras(geometry->cameras(), {.size = full_size, .intrinsics = assumed}, 0, 1, by_number, monitor);
   if (!intrinsics_.empty()) return;
   if (!by_number)
     monitor.warn(fmt::format(
@@ -101,15 +100,16 @@ void SourceClip::open_cameras(const RunOptions& options, const std::optional<Geo
   intrinsics_ = {by_number.value_or(assumed).resized(full_size, size())};
 }
 
-void SourceClip::take_cameras(const CameraTrack& track, long first, long stride,
-                              const std::optional<Intrinsics>& by_number) {
+void SourceClip::take_cameras(const std::string& path, const CamerasFileOptions& read, long first, long stride,
+                              const std::optional<Intrinsics>& by_number, Monitor& monitor) {
   cameras_given_ = true;
+  const CameraTrack track = read_cameras(path, read, monitor);
   const Size full_size = info().source_size;
   const long available = static_cast<long>(track.cameras.size());
   const long last = first + (frames() - 1) * stride;
   if (available <= last)
-    fail(ErrorCode::size_mismatch, "found {} source cameras, wanted at least {}: {} uses {} frames up to number {}",
-         available, last + 1, info().path, frames(), last);
+    fail(ErrorCode::size_mismatch, "{}: found {} cameras, wanted at least {}: {} uses {} frames up to number {}",
+         path, available, last + 1, info().path, frames(), last);
   for (long i = 0; i < frames(); ++i) {
     const Camera& camera = track.cameras[static_cast<std::size_t>(first + i * stride)];
     world_from_cam_.push_back(camera.world_from_cam);

@@ -64,6 +64,7 @@ class SourceClip {
   const ClipInfo& info() const { return frames_->info(); }
   Size size() const { return info().size; }
   long frames() const { return frames_->frames(); }
+  bool has_foreground() const { return foreground_ != nullptr; }
   bool has_background() const { return background_ != nullptr; }
   bool has_cameras() const { return world_from_cam_.size() > 1 || cameras_given_; }
 
@@ -80,7 +81,8 @@ class SourceClip {
  private:
   void open_background(const GeometryFolder& geometry, Monitor& monitor);
   void open_cameras(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
-  void take_cameras(const CameraTrack& track, long first, long stride, const std::optional<Intrinsics>& by_number);
+  void take_cameras(const std::string& path, const CamerasFileOptions& read, long first, long stride,
+                    const std::optional<Intrinsics>& by_number, Monitor& monitor);
 
   std::unique_ptr<FrameSource> frames_;
   std::unique_ptr<FrameSource> foreground_, background_;

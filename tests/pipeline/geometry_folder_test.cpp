@@ -52,7 +52,7 @@ TEST(GeometryFolder, FindsWhatWasWritten) {
   ASSERT_TRUE(depths->read(2, depth));
   EXPECT_EQ(depth(0, 0), 4.0F);
   EXPECT_EQ(depth(3, 4), 0.0F);
-  const CameraTrack track = read_cameras(found->cameras(), {.size = size}, monitor);
+  const CameraTrack track = read_cameras(found->cameras(), {.size = size, .intrinsics = {}}, monitor);
   ASSERT_EQ(track.cameras.size(), 3U);
   EXPECT_EQ(track.cameras[2].world_from_cam.translation.x(), 2);
   NpyArrayReader confidences(found->path + "/confidence.npz", "confidence");
@@ -76,11 +76,13 @@ TEST(GeometryFolder, KeepsForegroundAndBackground) {
   const auto found = open_geometry_folder(written.path);
   ASSERT_TRUE(found && found->has_foreground && found->has_background);
   ImageRgb picture;
-  const auto masks = open_clip(found->foreground(), {.resize = {.mode = ResizePolicy::Mode::none}}, monitor);
+  ClipOptions as_it_is;
+  as_it_is.resize.mode = ResizePolicy::Mode::none;
+  const auto masks = open_clip(found->foreground(), as_it_is, monitor);
   ASSERT_TRUE(masks->read(1, picture));
   EXPECT_EQ(picture(7, 8), (Rgb8{255, 255, 255}));
   EXPECT_EQ(picture(6, 8), (Rgb8{0, 0, 0}));
-  const auto background = open_clip(found->background(), {.resize = {.mode = ResizePolicy::Mode::none}}, monitor);
+  const auto background = open_clip(found->background(), as_it_is, monitor);
   ASSERT_TRUE(background->read(0, picture));
   EXPECT_NEAR(picture(5, 5).g, 200, 4);
   DepthMap depth;

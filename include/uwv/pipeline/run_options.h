@@ -107,6 +107,7 @@ struct RunOptions {
   // -- camera path ---------------------------------------------------------------------------------------------------
   std::string traj = "free1";       ///< Trajectory file (docs/trajectories.md) or the name of a preset.
   std::optional<long> frames;       ///< Target frames. Unset: the file's; else the clip's, 81 for a photo.
+  bool follow_source = false;       ///< Applies the path to the moving source camera, as the file's key does.
   std::optional<double> elevation;  ///< Degrees; see docs/trajectories.md. Unset: the file's.
   std::optional<double> radius;     ///< Distance to the orbit's centre, scene units. Unset: the file's, else the
                                     ///< median depth of the foreground (of everything without one) in the first frame.
@@ -117,7 +118,9 @@ struct RunOptions {
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
   Kernel kernel = OcclusionOptions{}.kernel;
   Visibility visibility = OcclusionOptions{}.visibility;
-  Accumulation accumulation = OcclusionOptions{}.accumulation;
+  /// Unset: none where the source camera moves (a pixel of its picture is another point of the scene each time), else
+  /// foreground where there is one, else the paper's product.
+  std::optional<Accumulation> accumulation;
   double alpha = 90;          ///< Angle of the normal filter, degrees in [0, 180].
   bool normal_filter = true;  ///< False draws back faces and grazing surfaces too.
   float point_size = FootprintOptions{}.point_size;
