@@ -99,8 +99,7 @@ struct Flickering {
       relatives.push_back(relative_to(depth, truth.back()));
       references.push_back(spoilt(depth, 0, std::exp(flicker(random)), static_cast<std::uint32_t>(i)));
     }
-    for (std::size_t i = 0; i < truth.size(); ++i)
-      frames.push_back({&relatives[i], &references[i], nullptr, nullptr});
+    for (std::size_t i = 0; i < truth.size(); ++i) frames.push_back({&relatives[i], &references[i], nullptr, nullptr});
   }
   double error(const AlignmentSummary& summary) const {
     double sum = 0;

@@ -33,10 +33,10 @@ struct BenchOptions {
   bool figure = true;  ///< A figure walks through the clip.
 
   // Cameras and depth from pictures; see geometry.h.
-  std::string recording;                   ///< Folder of a clip with known cameras and depth; see true_clip.h.
+  std::string recording;  ///< Folder of a clip with known cameras and depth; see true_clip.h.
   std::vector<std::string> tables{"cameras", "depth", "stages", "views"};  ///< Which to make.
-  std::string colmap_folder;               ///< Also run COLMAP, which works there; empty = left out.
-  double colmap_patience = 600;            ///< Seconds for each of its runs.
+  std::string colmap_folder;     ///< Also run COLMAP, which works there; empty = left out.
+  double colmap_patience = 600;  ///< Seconds for each of its runs.
 
   std::string out;  ///< Folder a scene or clip is saved into.
   void check() const;

@@ -40,9 +40,7 @@ ChildResult run_child(const std::vector<std::string>& words, const std::vector<s
 
   result.started = true;
   const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (elapsed() > patience_seconds && !result.timed_out) {

@@ -66,8 +66,8 @@ bool largest_model(Colmap& colmap) {
   }
   if (largest.empty()) return false;
   fs::create_directories(colmap.path("text"), ignored);
-  colmap.run("model_converter", {"--input_path", largest.string(), "--output_path", colmap.path("text").string(),
-                                 "--output_type", "TXT"});
+  colmap.run("model_converter",
+             {"--input_path", largest.string(), "--output_path", colmap.path("text").string(), "--output_type", "TXT"});
   return colmap.failure().empty();
 }
 
@@ -134,15 +134,22 @@ ColmapResult run_colmap(std::span<const ImageRgb> frames, const std::string& fol
     keep = "0";
   }
   ColmapResult result;
-  std::vector<std::string> features{"--database_path", database, "--image_path", pictures,
-                                    "--ImageReader.single_camera", "1", "--SiftExtraction.use_gpu", "0",
-                                    "--SiftExtraction.num_threads", threads};
+  std::vector<std::string> features{"--database_path",
+                                    database,
+                                    "--image_path",
+                                    pictures,
+                                    "--ImageReader.single_camera",
+                                    "1",
+                                    "--SiftExtraction.use_gpu",
+                                    "0",
+                                    "--SiftExtraction.num_threads",
+                                    threads};
   features.insert(features.end(), lens.begin(), lens.end());
   result.feature_seconds = colmap.run("feature_extractor", features);
-  result.match_seconds = colmap.run(
-      "sequential_matcher", {"--database_path", database, "--SiftMatching.use_gpu", "0", "--SiftMatching.num_threads",
-                             threads, "--SequentialMatching.overlap", std::to_string(options.overlap),
-                             "--SequentialMatching.loop_detection", "0"});
+  result.match_seconds =
+      colmap.run("sequential_matcher", {"--database_path", database, "--SiftMatching.use_gpu", "0",
+                                        "--SiftMatching.num_threads", threads, "--SequentialMatching.overlap",
+                                        std::to_string(options.overlap), "--SequentialMatching.loop_detection", "0"});
   result.mapper_seconds =
       colmap.run("mapper", {"--database_path", database, "--image_path", pictures, "--output_path",
                             colmap.path("sparse").string(), "--Mapper.num_threads", threads,

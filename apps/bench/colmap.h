@@ -19,9 +19,9 @@ struct ColmapOptions {
 };
 
 struct ColmapResult {
-  std::string failure;                    ///< What went wrong; empty = nothing.
-  std::vector<Camera> cameras;            ///< One per frame.
-  std::vector<std::uint8_t> registered;   ///< Per frame: 1 = COLMAP gave it a pose.
+  std::string failure;                   ///< What went wrong; empty = nothing.
+  std::vector<Camera> cameras;           ///< One per frame.
+  std::vector<std::uint8_t> registered;  ///< Per frame: 1 = COLMAP gave it a pose.
   std::size_t points = 0;
   double feature_seconds = 0, match_seconds = 0, mapper_seconds = 0;
   double seconds() const { return feature_seconds + match_seconds + mapper_seconds; }

@@ -89,8 +89,8 @@ std::vector<ScenePoint> true_points(const TrueClip& clip) {
 }
 
 Table camera_table(const FoundClip& clip, const BenchOptions& options) {
-  Table table("cameras of " + clip.truth.name, {"method", "result", "cameras", "ate", "ate_%", "rotation_deg",
-                                                "focal_%", "rms_px", "seconds"});
+  Table table("cameras of " + clip.truth.name,
+              {"method", "result", "cameras", "ate", "ate_%", "rotation_deg", "focal_%", "rms_px", "seconds"});
   add_ours(table, "known focal", clip.known_focal, clip.truth);
   add_ours(table, "own focal", clip.own_focal, clip.truth);
   if (!options.colmap_folder.empty())
@@ -112,8 +112,8 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   if (found.motion != ClipMotion::moving) return table;
   StageClock stereo_clock;
   std::vector<FrameGeometry> depths;
-  const MvsSummary summary = multi_view_stereo(clip.frames, found.cameras, found.points, clip.static_pixels, {}, pool,
-                                               stereo_clock, depths);
+  const MvsSummary summary =
+      multi_view_stereo(clip.frames, found.cameras, found.points, clip.static_pixels, {}, pool, stereo_clock, depths);
   add("multi-view stereo", stereo_clock, summary.seconds);
   return table;
 }

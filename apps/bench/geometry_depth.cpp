@@ -49,8 +49,7 @@ Table depth_table(const FoundClip& clip) {
   for (const Variant& variant : variants()) add_row(table, clip, "true", variant, clip.truth.cameras, points, 1);
   // A found scene has a scale of its own.
   const auto add_found = [&](const char* name, const SfmResult& found) {
-    if (found.motion == ClipMotion::moving)
-      add_row(table, clip, name, {"default", {}}, found.cameras, found.points, 0);
+    if (found.motion == ClipMotion::moving) add_row(table, clip, name, {"default", {}}, found.cameras, found.points, 0);
   };
   add_found("known focal", clip.known_focal);
   add_found("own focal", clip.own_focal);

@@ -13,12 +13,12 @@ namespace uwv::bench {
 
 /// NaN where there is nothing to judge: fewer than three cameras.
 struct CameraScore {
-  int cameras = 0;          ///< Judged: the registered ones.
-  double ate = 0;           ///< Root mean square distance of centres after alignment, in the truth's unit.
-  double ate_percent = 0;   ///< The same, of the length of the true path.
-  double rotation_deg = 0;  ///< Root mean square angle, after the rotation that aligns all orientations best.
-  double focal_percent = 0; ///< How much too long (positive) or short the first camera's fx is.
-  double scale = 0;         ///< Truth's units per unit of the reconstruction.
+  int cameras = 0;           ///< Judged: the registered ones.
+  double ate = 0;            ///< Root mean square distance of centres after alignment, in the truth's unit.
+  double ate_percent = 0;    ///< The same, of the length of the true path.
+  double rotation_deg = 0;   ///< Root mean square angle, after the rotation that aligns all orientations best.
+  double focal_percent = 0;  ///< How much too long (positive) or short the first camera's fx is.
+  double scale = 0;          ///< Truth's units per unit of the reconstruction.
 };
 
 /// `registered`: empty = all; else 1 = judged.

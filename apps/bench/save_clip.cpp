@@ -53,8 +53,8 @@ std::vector<Table> save_clip(const BenchOptions& options) {
     if (clip.figure >= 0) {
       const ImageRgb figure = figure_picture(frame.object, clip.figure);
       write_png((folder / "foreground" / name).string(), figure);
-      figure_pixels += static_cast<std::size_t>(
-          std::count(figure.pixels().begin(), figure.pixels().end(), Rgb8{255, 255, 255}));
+      figure_pixels +=
+          static_cast<std::size_t>(std::count(figure.pixels().begin(), figure.pixels().end(), Rgb8{255, 255, 255}));
     }
     video.write(frame.colour);
     depths->write(frame.depth);

@@ -19,8 +19,8 @@ std::vector<ImageRgb> read_pictures(const std::string& path, long max_frames, co
   const auto source = open_clip(path, options, monitor);
   full = source->info().source_size;
   std::vector<ImageRgb> out;
-  for (ImageRgb picture; static_cast<long>(out.size()) < source->frames() &&
-                         source->read(static_cast<long>(out.size()), picture);)
+  for (ImageRgb picture;
+       static_cast<long>(out.size()) < source->frames() && source->read(static_cast<long>(out.size()), picture);)
     out.push_back(picture);
   return out;
 }

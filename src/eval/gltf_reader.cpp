@@ -104,8 +104,8 @@ void read_triangles(const GltfAccessors& accessors, const tinygltf::Primitive& p
            vertices);
   surface.triangles.reserve(corners.size() / 3);
   for (std::size_t i = 0; i < corners.size(); i += 3)
-    surface.triangles.push_back({static_cast<int>(corners[i]), static_cast<int>(corners[i + 1]),
-                                 static_cast<int>(corners[i + 2])});
+    surface.triangles.push_back(
+        {static_cast<int>(corners[i]), static_cast<int>(corners[i + 1]), static_cast<int>(corners[i + 2])});
 }
 
 void read_skin_weights(const GltfAccessors& accessors, const tinygltf::Primitive& primitive, MeshSurface& surface) {
@@ -137,8 +137,7 @@ MeshSurface read_surface(const GltfAccessors& accessors, const tinygltf::Model& 
                          const tinygltf::Primitive& primitive) {
   MeshSurface surface;
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1)
-    fail(ErrorCode::value_invalid, "{}: has a mesh of points, lines or strips; triangles are wanted",
-         accessors.name());
+    fail(ErrorCode::value_invalid, "{}: has a mesh of points, lines or strips; triangles are wanted", accessors.name());
   if (!primitive.extensions.empty() && primitive.extensions.count("KHR_draco_mesh_compression") != 0)
     fail(ErrorCode::value_invalid, "{}: its meshes are compressed (Draco), which is not supported", accessors.name());
   surface.positions = vectors<3>(accessors, attribute(primitive, "POSITION"));

@@ -41,8 +41,8 @@ struct MeshChannel {
   int node = 0;
   Target target = Target::translation;
   bool steps = false;
-  std::vector<double> times;             // increasing, at least one
-  std::vector<Eigen::Vector4d> values;   // one per time; rotations as x y z w
+  std::vector<double> times;            // increasing, at least one
+  std::vector<Eigen::Vector4d> values;  // one per time; rotations as x y z w
 };
 
 struct MeshAnimation {

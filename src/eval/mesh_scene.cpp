@@ -98,8 +98,8 @@ class PosedScene {
         return all[static_cast<std::size_t>(shape.corners[c])];
       };
       triangles_.emplace_back(corner(x_in_cam, 0), corner(x_in_cam, 1), corner(x_in_cam, 2));
-      const Vector3d normal = (corner(model.rest(), 1) - corner(model.rest(), 0))
-                                  .cross(corner(model.rest(), 2) - corner(model.rest(), 0));
+      const Vector3d normal =
+          (corner(model.rest(), 1) - corner(model.rest(), 0)).cross(corner(model.rest(), 2) - corner(model.rest(), 0));
       origins_.push_back({index, static_cast<int>(k), light(normal, instance.shading)});
     }
   }

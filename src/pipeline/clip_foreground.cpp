@@ -28,8 +28,8 @@ ClipForeground given_masks(const RunOptions& options, std::size_t frames, Size s
   for (std::size_t i = 0; i < frames; ++i) {
     ImageRgb picture;
     if (static_cast<long>(i) >= clip->frames() || !clip->read(static_cast<long>(i), picture))
-      fail(ErrorCode::size_mismatch, "{}: found {} foreground masks, wanted {}, one per frame of {}", options.foreground,
-           i, frames, options.video);
+      fail(ErrorCode::size_mismatch, "{}: found {} foreground masks, wanted {}, one per frame of {}",
+           options.foreground, i, frames, options.video);
     foreground.masks.push_back(foreground_from_picture(picture, size, options.foreground).mask);
   }
   return foreground;

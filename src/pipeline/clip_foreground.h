@@ -22,8 +22,8 @@ struct ClipForeground {
 ClipForeground find_clip_foreground(const RunOptions& options, std::span<const ImageRgb> frames, ThreadPool& pool,
                                     Monitor& monitor);
 
-/// The saliency network's file: the option's, else the first of UWV_MODELS/u2netp.onnx, .cache/models/u2netp.onnx in the
-/// current folder, and the same in the folder the program was built in. Empty when there is none.
+/// The saliency network's file: the option's, else the first of UWV_MODELS/u2netp.onnx, .cache/models/u2netp.onnx in
+/// the current folder, and the same in the folder the program was built in. Empty when there is none.
 std::string saliency_model_file(const std::string& option);
 
 }  // namespace uwv::pipeline

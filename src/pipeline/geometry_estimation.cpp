@@ -86,9 +86,10 @@ class Estimation {
     sfm_ = structure_from_motion(frames_, asked, pool_, monitor_);
     result_.facts["structure_from_motion"] = facts_of(sfm_);
     if (!sfm_.cuts.empty())
-      monitor_.warn(fmt::format("{}: the picture cuts {} times, first at frame {}; the geometry is that of the longest "
-                                "shot: use --start and --max-frames to take one",
-                                options_.video, sfm_.cuts.size(), sfm_.cuts.front()));
+      monitor_.warn(
+          fmt::format("{}: the picture cuts {} times, first at frame {}; the geometry is that of the longest "
+                      "shot: use --start and --max-frames to take one",
+                      options_.video, sfm_.cuts.size(), sfm_.cuts.front()));
   }
 
   GeometryProvider choose() {
@@ -139,8 +140,8 @@ class Estimation {
 
   void place_moving(const MovingPixels& moving) {
     result_.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
-    const MovingDepthSummary placed = fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_,
-                                                        result_.scene.frames);
+    const MovingDepthSummary placed =
+        fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_, result_.scene.frames);
     result_.facts["moving_depth"] = {{"objects", placed.objects.size()},
                                      {"contact_share", placed.contact_share},
                                      {"unknown_share", placed.unknown_share},
@@ -184,9 +185,10 @@ class Estimation {
                                      {"seconds", clock.seconds()}};
     brief_ += "; " + prior.brief();
     if (!known_ && !sfm_.focal_estimated)
-      monitor_.warn(fmt::format("no intrinsics given: assuming a horizontal field of view of {} degrees; set --fov or "
-                                "--fx",
-                                assumed_fov_deg));
+      monitor_.warn(
+          fmt::format("no intrinsics given: assuming a horizontal field of view of {} degrees; set --fov or "
+                      "--fx",
+                      assumed_fov_deg));
     monitor_.warn(fmt::format("depth is a prior, not a measurement ({}): give --depth for real depth", sfm_.reason));
   }
 
@@ -215,8 +217,8 @@ class Estimation {
       result_.scene.cameras = sfm_.cameras;
     else
       assume();
-    const RelativeDepthOutcome outcome = bring_relative_depth_to_scale(
-        frames_, relative_, options_.depth_kind, sfm_.points, result_.scene, pool_, monitor_);
+    const RelativeDepthOutcome outcome = bring_relative_depth_to_scale(frames_, relative_, options_.depth_kind,
+                                                                       sfm_.points, result_.scene, pool_, monitor_);
     result_.facts["alignment"] = outcome.facts;
     brief_ += "; " + outcome.brief;
   }

@@ -27,10 +27,11 @@ struct EstimatedGeometry {
   nlohmann::ordered_json facts;            ///< What was decided and why, what was skipped, seconds: for run.json.
 };
 
-/// `frames` have the working size, and so have `known` intrinsics. `relative` is empty, or has one picture a frame of what
-/// options.depth_kind says, which is brought to the scale of the estimate. Throws Error(value_invalid) when a provider was asked
-/// for that the pictures do not allow. `monitor` is warned when depth is an assumption.
+/// `frames` have the working size, and so have `known` intrinsics. `relative` is empty, or has one picture a frame of
+/// what options.depth_kind says, which is brought to the scale of the estimate. Throws Error(value_invalid) when a
+/// provider was asked for that the pictures do not allow. `monitor` is warned when depth is an assumption.
 EstimatedGeometry estimate_geometry(const RunOptions& options, std::span<const ImageRgb> frames,
-                                    std::span<const DepthMap> relative, const std::optional<Intrinsics>& known, ThreadPool& pool, Monitor& monitor);
+                                    std::span<const DepthMap> relative, const std::optional<Intrinsics>& known,
+                                    ThreadPool& pool, Monitor& monitor);
 
 }  // namespace uwv::pipeline

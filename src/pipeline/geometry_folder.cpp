@@ -52,13 +52,12 @@ void write_background(const GeometryFolder& folder, const BackgroundLayer& backg
 void write_confidences(const GeometryFolder& folder, const SceneGeometry& geometry, Size size) {
   NpzWriter writer(folder.path + "/confidence.npz");
   constexpr int fast = 1;  // flat regions shrink to nothing at any level
-  writer.begin("confidence", DType::u8,
-               {static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width)}, fast);
+  writer.begin("confidence", DType::u8, {static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width)},
+               fast);
   std::vector<std::uint8_t> bytes(size.pixels());
   for (const FrameGeometry& frame : geometry.frames) {
-    std::transform(frame.confidence.pixels().begin(), frame.confidence.pixels().end(), bytes.begin(), [](float c) {
-      return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(c, 0.0F, 1.0F)));
-    });
+    std::transform(frame.confidence.pixels().begin(), frame.confidence.pixels().end(), bytes.begin(),
+                   [](float c) { return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(c, 0.0F, 1.0F))); });
     writer.append<std::uint8_t>(bytes);
   }
   writer.end();

@@ -42,8 +42,9 @@ std::vector<DepthMap> read_relative(const RunOptions& options, Size size, std::s
   for (std::size_t i = 0; i < frames; ++i) {
     DepthMap values;
     if (!source->read(static_cast<long>(i), values))
-      fail(ErrorCode::size_mismatch, "{}: found depth for {} frames, wanted {}, one per frame of {}; use --max-frames {}",
-           options.depth, i, frames, options.video, i);
+      fail(ErrorCode::size_mismatch,
+           "{}: found depth for {} frames, wanted {}, one per frame of {}; use --max-frames {}", options.depth, i,
+           frames, options.video, i);
     relative.push_back(values.size() == size ? std::move(values) : resize_depth(values, size));
   }
   return relative;

@@ -14,7 +14,8 @@ namespace uwv::pipeline {
 
 inline constexpr const char* geometry_folder_name = "geometry";
 
-/// Everything that decides the bytes of the estimated geometry. `inputs`: the identity of each file it reads, by option.
+/// Everything that decides the bytes of the estimated geometry. `inputs`: the identity of each file it reads, by
+/// option.
 std::string geometry_key(const RunOptions& options, const nlohmann::ordered_json& inputs);
 
 /// Reads the clip, estimates its geometry and writes the folder `geometry` into `into`. Answers with what run.json says

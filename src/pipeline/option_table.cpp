@@ -40,7 +40,8 @@ using O = RunOptions;
 std::vector<Option> input_options() {
   return {
       option("video", &O::video, "FILE", "video, photo, folder of pictures, or pattern such as 'frames_%05d.png'"),
-      option("depth", &O::depth, "FILE", "depth of every frame: .npz .npy .png .exr .pfm, a folder or pattern, or OUT/geometry of a run; unset: "
+      option("depth", &O::depth, "FILE",
+             "depth of every frame: .npz .npy .png .exr .pfm, a folder or pattern, or OUT/geometry of a run; unset: "
              "estimated"),
       option("depth_kind", &O::depth_kind, "NAME",
              "what its values are: depth, inverse (1/depth), or relative_inverse or relative_depth: known up to scale "
@@ -179,8 +180,8 @@ OptionScope scope_of(std::string_view name, OptionScope of_group) {
                                                                         {"eval_reference", evaluation}};
   for (const auto& [other, scope] : others)
     if (other == name) return scope;
-  static constexpr std::string_view of_the_clip[] = {"video", "fx", "fy", "cx", "cy", "fov", "pixel_centre", "start",
-                                                     "stride", "max_frames"};
+  static constexpr std::string_view of_the_clip[] = {"video", "fx",           "fy",    "cx",     "cy",
+                                                     "fov",   "pixel_centre", "start", "stride", "max_frames"};
   return std::find(std::begin(of_the_clip), std::end(of_the_clip), name) != std::end(of_the_clip) ? clip : of_group;
 }
 

@@ -74,9 +74,10 @@ void warn_of_the_path(const Plan& plan, Monitor& monitor) {
   constexpr double far_in_radii = 0.5;  // about where half the picture is another one
   const double travel = source_travel(*plan.source) / plan.context.world.radius();
   if (travel > far_in_radii && !plan.trajectory.follow_source && plan.frames() > 1)
-    monitor.warn(fmt::format("the source camera itself moves {:.2g} radii, while the path starts from its first pose: "
-                             "--follow-source applies the path to the moving camera",
-                             travel));
+    monitor.warn(
+        fmt::format("the source camera itself moves {:.2g} radii, while the path starts from its first pose: "
+                    "--follow-source applies the path to the moving camera",
+                    travel));
   if (plan.look.first_return >= 0 && plan.look.has_parallax && plan.accumulation() == Accumulation::product)
     monitor.warn(
         fmt::format("the path comes back from frame {}: what was hidden in between stays masked; "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth given up to scale and shift, brought to the scale of estimated cameras (paper, the alignment of D_fine; geometry
-// sheet 4.5).
+// Depth given up to scale and shift, brought to the scale of estimated cameras (paper, the alignment of D_fine;
+// geometry sheet 4.5).
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -138,7 +138,8 @@ ordered_json clip_record(const Plan& plan) {
           {"frames", plan.source->frames()},
           {"fps", clip.fps},
           {"is_photo", clip.is_photo},
-          {"source_cameras", plan.source->has_cameras() ? "given or estimated" : "none given: taken as a camera that never moves"}};
+          {"source_cameras",
+           plan.source->has_cameras() ? "given or estimated" : "none given: taken as a camera that never moves"}};
 }
 
 ordered_json path_record(const Plan& plan) {
@@ -202,10 +203,11 @@ StageSummary skipped_stage(const std::string& name, const std::string& reason) {
 StageSummary found_or_made(const std::string& name, const std::vector<std::string>& files, const std::string& key,
                            bool overwrite, OutputFolder& folder, Monitor& monitor,
                            const std::function<ordered_json(const PartialFolder&)>& make) {
-  if (const auto finished = overwrite ? std::nullopt : folder.finished(name, key)) return resumed_stage(name, *finished);
+  if (const auto finished = overwrite ? std::nullopt : folder.finished(name, key))
+    return resumed_stage(name, *finished);
   if (folder.has_marker(name) && !overwrite)
-    monitor.warn(fmt::format("{}: holds the {} of other options or inputs; it is made anew", folder.path().string(),
-                             name));
+    monitor.warn(
+        fmt::format("{}: holds the {} of other options or inputs; it is made anew", folder.path().string(), name));
   return make_stage(name, files, key, folder, make);
 }
 
@@ -227,8 +229,8 @@ GeometryOfRun estimated_geometry(const RunOptions& options, OutputFolder& folder
     if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model") inputs.erase(name);
   GeometryOfRun geometry;
   geometry.key = geometry_key(options, inputs);
-  geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite, folder,
-                                   monitor, [&](const PartialFolder& into) {
+  geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite,
+                                   folder, monitor, [&](const PartialFolder& into) {
                                      ThreadPool pool(options.threads);
                                      return make_geometry(options, pool, monitor, into);
                                    });
@@ -332,10 +334,11 @@ RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& o
 SceneLook look(const RunOptions& options, Monitor& monitor) {
   options.check();
   if (estimates_geometry(options))
-    fail(ErrorCode::value_invalid,
-         "{}: a look needs depth: pass --depth, which may be the folder 'geometry' that a run without --depth leaves in "
-         "its --out",
-         options.video);
+    fail(
+        ErrorCode::value_invalid,
+        "{}: a look needs depth: pass --depth, which may be the folder 'geometry' that a run without --depth leaves in "
+        "its --out",
+        options.video);
   return make_plan(options, given_geometry(options).folder, monitor).look;
 }
 

@@ -36,7 +36,8 @@ void check_geometry(const RunOptions& o) {
           "--geometry {} estimates depth: leave --depth and --disparity out, or use --geometry import",
           o.geometry == GeometryChoice::sfm ? "sfm" : "prior");
   require(o.depth_kind == DepthKind::depth || !o.depth.empty(), "--depth-kind says what --depth is; give --depth");
-  require(!o.static_depth || !is_relative(o.depth_kind), "--static-depth needs depth in scene units, not a relative one");
+  require(!o.static_depth || !is_relative(o.depth_kind),
+          "--static-depth needs depth in scene units, not a relative one");
   require(o.cameras.empty() || !nothing_given,
           "--cameras needs the depth that goes with them: give --depth, or leave --cameras out to have both estimated");
   require(o.cameras.empty() || !is_relative(o.depth_kind),

@@ -31,10 +31,11 @@ ValidityMask to_mask(const ImageRgb& picture) {
 /// when it is of other frames.
 RunOptions with_depth_of(const GeometryFolder& folder, const RunOptions& options, long clip_frames) {
   if (folder.start != options.start || folder.stride != options.stride || folder.frames < clip_frames)
-    fail(ErrorCode::size_mismatch,
-         "{}: holds the geometry of {} frames from {} on, every {}; wanted {} frames from {} on, every {}; use the same "
-         "--start, --stride and --max-frames, or have it estimated anew",
-         folder.path, folder.frames, folder.start, folder.stride, clip_frames, options.start, options.stride);
+    fail(
+        ErrorCode::size_mismatch,
+        "{}: holds the geometry of {} frames from {} on, every {}; wanted {} frames from {} on, every {}; use the same "
+        "--start, --stride and --max-frames, or have it estimated anew",
+        folder.path, folder.frames, folder.start, folder.stride, clip_frames, options.start, options.stride);
   RunOptions depth_only = options;
   depth_only.depth = folder.depth();
   depth_only.depth_kind = DepthKind::depth;
@@ -108,8 +109,8 @@ void SourceClip::take_cameras(const std::string& path, const CamerasFileOptions&
   const long available = static_cast<long>(track.cameras.size());
   const long last = first + (frames() - 1) * stride;
   if (available <= last)
-    fail(ErrorCode::size_mismatch, "{}: found {} cameras, wanted at least {}: {} uses {} frames up to number {}",
-         path, available, last + 1, info().path, frames(), last);
+    fail(ErrorCode::size_mismatch, "{}: found {} cameras, wanted at least {}: {} uses {} frames up to number {}", path,
+         available, last + 1, info().path, frames(), last);
   for (long i = 0; i < frames(); ++i) {
     const Camera& camera = track.cameras[static_cast<std::size_t>(first + i * stride)];
     world_from_cam_.push_back(camera.world_from_cam);

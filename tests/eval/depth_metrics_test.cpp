@@ -75,9 +75,8 @@ TEST(DepthMetrics, units_do_not_matter_but_for_rmse) {
 TEST(DepthMetrics, mask_and_invalid_values_are_left_out) {
   ValidityMask mask(4, 1, std::uint8_t{1});
   mask(3, 0) = 0;
-  const DepthErrors errors =
-      compare_depth(row({2, nan_value, 3, 9}), row({2, 2, std::numeric_limits<float>::infinity(), 1}), DepthFit::none,
-                    &mask);
+  const DepthErrors errors = compare_depth(
+      row({2, nan_value, 3, 9}), row({2, 2, std::numeric_limits<float>::infinity(), 1}), DepthFit::none, &mask);
   EXPECT_EQ(errors.pixels, 1U);
   EXPECT_DOUBLE_EQ(errors.valid_share, 0.5);
   EXPECT_EQ(errors.abs_rel, 0);

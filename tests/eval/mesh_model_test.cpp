@@ -136,7 +136,10 @@ const std::vector<Lie>& lies() {
       {"two_parents", [](Json& j) { j["nodes"][0]["children"] = {2}; }},
       {"child_that_is_not_there", [](Json& j) { j["nodes"][0]["children"] = {99}; }},
       {"child_below_zero", [](Json& j) { j["nodes"][0]["children"] = {-1}; }},
-      {"joint_that_is_not_there", [](Json& j) { j["skins"][0]["joints"] = {1, 99}; }},
+      {"joint_that_is_not_there",
+       [](Json& j) {
+         j["skins"][0]["joints"] = {1, 99};
+       }},
       {"fewer_joints_than_used", [](Json& j) { j["skins"][0]["joints"] = {1}; }},
       {"no_positions", [](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }},
       {"accessor", [](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 99; }},
@@ -156,13 +159,28 @@ const std::vector<Lie>& lies() {
       {"animated_node", [](Json& j) { j["animations"][0]["channels"][0]["target"]["node"] = 99; }},
       {"fewer_times", [](Json& j) { j["accessors"][5]["count"] = 1; }},
       {"cubic", [](Json& j) { j["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE"; }},
-      {"rotation_of_nothing", [](Json& j) { j["nodes"][1]["rotation"] = {0, 0, 0, 0}; }},
-      {"short_matrix", [](Json& j) { j["nodes"][1]["matrix"] = {1, 2, 3}; }},
+      {"rotation_of_nothing",
+       [](Json& j) {
+         j["nodes"][1]["rotation"] = {0, 0, 0, 0};
+       }},
+      {"short_matrix",
+       [](Json& j) {
+         j["nodes"][1]["matrix"] = {1, 2, 3};
+       }},
       {"lines", [](Json& j) { j["meshes"][0]["primitives"][0]["mode"] = 1; }},
       {"material", [](Json& j) { j["meshes"][0]["primitives"][0]["material"] = 4; }},
-      {"image_beyond_views", [](Json& j) { j["images"] = {{{"bufferView", 99}, {"mimeType", "image/png"}}}; }},
-      {"image_that_is_none", [](Json& j) { j["images"] = {{{"bufferView", 0}, {"mimeType", "image/png"}}}; }},
-      {"image_elsewhere", [](Json& j) { j["images"] = {{{"uri", "elsewhere.png"}}}; }},
+      {"image_beyond_views",
+       [](Json& j) {
+         j["images"] = {{{"bufferView", 99}, {"mimeType", "image/png"}}};
+       }},
+      {"image_that_is_none",
+       [](Json& j) {
+         j["images"] = {{{"bufferView", 0}, {"mimeType", "image/png"}}};
+       }},
+      {"image_elsewhere",
+       [](Json& j) {
+         j["images"] = {{{"uri", "elsewhere.png"}}};
+       }},
       {"nodes_that_are_a_word", [](Json& j) { j["nodes"] = "none"; }},
   };
   return all;

@@ -140,8 +140,8 @@ TEST(MeshScene, TextureLiesAsGltfSays) {
   test::GlbBuilder file = test::cube();
   file.append("images", {{"bufferView", file.view(png)}, {"mimeType", "image/png"}});
   file.append("textures", {{"source", 0}});
-  file.append("materials", {{"pbrMetallicRoughness",
-                             {{"baseColorTexture", {{"index", 0}}}, {"baseColorFactor", {0.5, 1, 1, 1}}}}});
+  file.append("materials",
+              {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"baseColorFactor", {0.5, 1, 1, 1}}}}});
   file.json["meshes"][0]["primitives"][0]["material"] = 0;
   MeshScene scene{{instance_of(file)}, Colour::Zero()};
   scene.instances[0].shading = 0;

@@ -27,16 +27,14 @@ class GlbBuilder {
 
   /// Appends an accessor over values of its own, e.g. floats(.., "VEC3").
   int floats(const std::vector<float>& values, const std::string& type, std::size_t components) {
-    return append("accessors", {{"bufferView", view(values)},
-                                {"componentType", 5126},
-                                {"type", type},
-                                {"count", values.size() / components}});
+    return append(
+        "accessors",
+        {{"bufferView", view(values)}, {"componentType", 5126}, {"type", type}, {"count", values.size() / components}});
   }
   int shorts(const std::vector<std::uint16_t>& values, const std::string& type, std::size_t components) {
-    return append("accessors", {{"bufferView", view(values)},
-                                {"componentType", 5123},
-                                {"type", type},
-                                {"count", values.size() / components}});
+    return append(
+        "accessors",
+        {{"bufferView", view(values)}, {"componentType", 5123}, {"type", type}, {"count", values.size() / components}});
   }
 
   /// Appends an object to one of the file's lists and returns its index.
@@ -105,22 +103,20 @@ inline GlbBuilder cube() {
 inline GlbBuilder bending_strip() {
   GlbBuilder file;
   const int where = file.floats({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0, 1, 2, 0}, "VEC3", 3);
-  const int joints =
-      file.shorts({0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
-  const int weights = file.floats({1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0, 0.5F, 0.5F, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0},
-                                  "VEC4", 4);
+  const int joints = file.shorts({0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+  const int weights =
+      file.floats({1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0, 0.5F, 0.5F, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
   const int triangles = file.shorts({0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 5}, "SCALAR", 1);
   // Column-major; the second moves the joint at y = 1 to the origin.
-  const int bind = file.floats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0,  0, 1,   //
+  const int bind = file.floats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0,  0, 1,  //
                                 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -1, 0, 1},
                                "MAT4", 16);
   const int times = file.floats({0, 1}, "SCALAR", 1);
   const float half = 0.70710678F;  // of a right angle, as a quaternion
   const int turns = file.floats({0, 0, 0, 1, 0, 0, half, half}, "VEC4", 4);
-  file.append("meshes",
-              {{"primitives",
-                {{{"attributes", {{"POSITION", where}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}}},
-                  {"indices", triangles}}}}});
+  file.append("meshes", {{"primitives",
+                          {{{"attributes", {{"POSITION", where}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}}},
+                            {"indices", triangles}}}}});
   // The node of the mesh is moved far away, which a skinned mesh must not follow.
   file.append("nodes", {{"name", "strip"}, {"mesh", 0}, {"skin", 0}, {"translation", {100, 0, 0}}});
   file.append("nodes", {{"name", "lower"}, {"children", {2}}});

@@ -22,9 +22,9 @@ enum class DepthFit {
 
 /// Errors over the pixels where both are valid and the mask (null = all) is 1.
 struct DepthErrors {
-  double abs_rel = 0;    ///< Mean |estimate - truth| / truth.
-  double rmse = 0;       ///< Root mean square of estimate - truth, scene units.
-  double delta_125 = 0;  ///< Share with max(estimate / truth, truth / estimate) < 1.25.
+  double abs_rel = 0;           ///< Mean |estimate - truth| / truth.
+  double rmse = 0;              ///< Root mean square of estimate - truth, scene units.
+  double delta_125 = 0;         ///< Share with max(estimate / truth, truth / estimate) < 1.25.
   double scale = 1, shift = 0;  ///< What was forgiven; of inverse depth for `scale_shift`.
   std::size_t pixels = 0;       ///< How many were compared.
   double valid_share = 0;       ///< `pixels` among those where truth is valid and the mask 1.

@@ -17,15 +17,15 @@ namespace uwv {
 struct MeshInstance {
   std::string name;
   MeshModel model;
-  double scale = 1;           ///< Applied in the model's frame.
-  Rigid3 world_from_model;    ///< Models have y up.
-  std::string animation;      ///< Empty = at rest.
-  double animation_start = 0; ///< Seconds of the animation at time 0.
+  double scale = 1;            ///< Applied in the model's frame.
+  Rigid3 world_from_model;     ///< Models have y up.
+  std::string animation;       ///< Empty = at rest.
+  double animation_start = 0;  ///< Seconds of the animation at time 0.
   /// `world_from_model` at a time in seconds, in place of the fixed one; empty = stays where it is.
   std::function<Rigid3(double time)> motion;
   /// Each multiplied with the model's colours, mid-grey (0.5) leaving them as they are; looked up at the surface's
-  /// place at rest in the model's frame, so that they stick to skin that moves. Models for games are flat, and cameras are
-  /// found from texture. One noise repeats itself nearly, two of different seeds do so no more.
+  /// place at rest in the model's frame, so that they stick to skin that moves. Models for games are flat, and cameras
+  /// are found from texture. One noise repeats itself nearly, two of different seeds do so no more.
   std::vector<Texture> details;
   /// 0..1: darkens surfaces by their normal at rest, which makes form visible and leaves every point its one colour.
   double shading = 0.5;

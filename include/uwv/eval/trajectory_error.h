@@ -17,21 +17,21 @@ struct Similarity {
   Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
 };
 
-/// The similarity that brings the estimated camera centres nearest to the true ones (least squares). Centres that do not
-/// fix it are completed from the cameras' headings: where the centres lie on a line or are fewer than three, the
+/// The similarity that brings the estimated camera centres nearest to the true ones (least squares). Centres that do
+/// not fix it are completed from the cameras' headings: where the centres lie on a line or are fewer than three, the
 /// rotation is the mean of the headings' differences (chordal), and where either track's centres all coincide the scale
 /// is 1. Throws std::invalid_argument for no cameras, different counts or values that are not finite.
 Similarity align_tracks(std::span<const Rigid3> estimate_world_from_cam, std::span<const Rigid3> truth_world_from_cam);
 
 struct TrajectoryError {
   Similarity truth_from_estimate;
-  double ate_rmse = 0;       ///< Of the aligned centres, in units of the truth.
+  double ate_rmse = 0;  ///< Of the aligned centres, in units of the truth.
   double ate_max = 0;
   double truth_length = 0;   ///< Of the true path, to put the errors into proportion.
   double rotation_mean = 0;  ///< Degrees, after turning all estimated headings by their mean difference.
   double rotation_max = 0;
-  /// Of the motion between frames `gap` apart: translation (units of the truth, root mean square) and rotation (degrees,
-  /// mean); both 0 when the track is no longer than the gap.
+  /// Of the motion between frames `gap` apart: translation (units of the truth, root mean square) and rotation
+  /// (degrees, mean); both 0 when the track is no longer than the gap.
   double relative_translation_rmse = 0;
   double relative_rotation_mean = 0;
 };

@@ -34,11 +34,11 @@ struct DecimationOptions {
 /// The points that are left. A point at pixel (x, y) with cell side s > 0 stands for the s x s pixels from
 /// (x - x % s, y - y % s) on; its plane is 1/z(u, v) = (1 + slope.x * (u - x) + slope.y * (v - y)) / depth(x, y).
 struct DecimatedDepth {
-  ValidityMask kept;               ///< 1 = a point.
-  Image<std::uint8_t> cell;        ///< Side of its cell, its footprint in pixels; 0 where there is no point.
-  DepthMap depth;                  ///< Of its plane at the pixel's centre; 0 where there is no point.
-  SlopeMap slopes;                 ///< Of its plane; {0, 0} for single pixels, whose tilt is that of the full map.
-  double kept_share = 0;           ///< Points of all valid depths; 1 when nothing was saved, 0 when there are none.
+  ValidityMask kept;         ///< 1 = a point.
+  Image<std::uint8_t> cell;  ///< Side of its cell, its footprint in pixels; 0 where there is no point.
+  DepthMap depth;            ///< Of its plane at the pixel's centre; 0 where there is no point.
+  SlopeMap slopes;           ///< Of its plane; {0, 0} for single pixels, whose tilt is that of the full map.
+  double kept_share = 0;     ///< Points of all valid depths; 1 when nothing was saved, 0 when there are none.
 };
 
 /// `targets`: the cameras it will be drawn from; a few that are farthest from the source will do, since the shift grows

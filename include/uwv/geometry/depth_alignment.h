@@ -164,10 +164,10 @@ DepthMap aligned_depth(const Image<float>& relative, const FrameAlignment& frame
 
 /// Which pixels the official code takes samples from (geometry sheet 4.5).
 struct SampleSelection {
-  int erode_window = 5;                ///< Side of the square the foreground is shrunk by, odd.
-  int erode_iterations = 2;            ///< How often; borders of masks are often a few pixels off.
-  ReliabilityOptions reliability;      ///< Of 1/v.
-  float min_relative = 1e-3F;          ///< v must exceed this: below it is noise.
+  int erode_window = 5;            ///< Side of the square the foreground is shrunk by, odd.
+  int erode_iterations = 2;        ///< How often; borders of masks are often a few pixels off.
+  ReliabilityOptions reliability;  ///< Of 1/v.
+  float min_relative = 1e-3F;      ///< v must exceed this: below it is noise.
   void check() const;
 };
 /// E and reliable(1/v) and v > min: E the shrunk `foreground`. `relative_inverse` holds v.

@@ -59,8 +59,8 @@ struct MovingPixels {
   int regions = 0;                          ///< Connected moving regions, summed over the frames.
   double judged_share = 0;                  ///< Share of the pixels for which flow was good enough to say anything.
   double seconds = 0;
-  std::vector<std::string> notes;           ///< One sentence each: what limits the answer.
-  std::string brief() const;                ///< One line.
+  std::vector<std::string> notes;  ///< One sentence each: what limits the answer.
+  std::string brief() const;       ///< One line.
 };
 
 /// `cameras`: one per frame, sized as the frames. `coarse`: empty or one per frame; depths with a confidence below 0.5

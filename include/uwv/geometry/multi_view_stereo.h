@@ -39,8 +39,8 @@ struct MvsOptions {
 };
 
 struct MvsSummary {
-  int matched_frames = 0;    ///< Frames that were matched; the others were carried over.
-  double measured_share = 0; ///< Pixels with confidence of 0.5 and more, of all.
+  int matched_frames = 0;     ///< Frames that were matched; the others were carried over.
+  double measured_share = 0;  ///< Pixels with confidence of 0.5 and more, of all.
   double seconds = 0;
   std::vector<std::string> notes;
   std::string brief() const;

@@ -18,7 +18,7 @@ namespace uwv {
 
 /// Numbers about a clip. Shares are 0..1. NaN, infinite and negative values count as unknown.
 struct SceneProfile {
-  Size size;                      ///< Of a frame.
+  Size size;  ///< Of a frame.
   int frames = 0;
   ClipMotion motion = ClipMotion::indeterminate;
   double parallax_px = 0;         ///< Median shift over the clip that rotation cannot explain (SfmResult).
@@ -29,7 +29,7 @@ struct SceneProfile {
   double disocclusion_share = 0;  ///< Pixels of the asked path that no single frame's points cover.
   double depth_ratio = 1;         ///< Far over near: 95th over 5th percentile of depth.
   int cuts = 0;
-  std::string brief() const;      ///< One line.
+  std::string brief() const;  ///< One line.
 };
 
 /// How points are kept.
@@ -40,22 +40,22 @@ enum class CloudKind {
 std::string_view to_string(CloudKind kind);
 
 struct GeometryPlanOptions {
-  double min_parallax_px = 2;          ///< Below this depth from motion is noise: tracking errs by a tenth of it.
-  double max_error_px = 2;             ///< A reconstruction that reprojects worse is not believed.
-  double min_registered_share = 0.5;   ///< Fewer measured poses: most cameras would be guesses.
-  double max_moving_share = 0.5;       ///< More of the picture moving: what is static, and so the camera, is uncertain.
-  double min_measured_share = 0.3;     ///< Less measured depth is not worth merging. Ignored while there is none yet.
-  double min_disocclusion = 0.02;      ///< Smaller uncovered shares are left to the generator.
-  double min_depth_ratio = 1.3;        ///< Flatter scenes uncover nothing behind anything.
-  double min_layer_motion = 0.005;     ///< From this share of moving pixels on foreground is kept apart.
-  double key_parallax_px = 4;          ///< Parallax between frames whose depth is computed: more repeats the work.
-  int max_key_stride = 8;              ///< Depth carried farther than this drifts.
-  double max_points = 4e6;             ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
+  double min_parallax_px = 2;         ///< Below this depth from motion is noise: tracking errs by a tenth of it.
+  double max_error_px = 2;            ///< A reconstruction that reprojects worse is not believed.
+  double min_registered_share = 0.5;  ///< Fewer measured poses: most cameras would be guesses.
+  double max_moving_share = 0.5;      ///< More of the picture moving: what is static, and so the camera, is uncertain.
+  double min_measured_share = 0.3;    ///< Less measured depth is not worth merging. Ignored while there is none yet.
+  double min_disocclusion = 0.02;     ///< Smaller uncovered shares are left to the generator.
+  double min_depth_ratio = 1.3;       ///< Flatter scenes uncover nothing behind anything.
+  double min_layer_motion = 0.005;    ///< From this share of moving pixels on foreground is kept apart.
+  double key_parallax_px = 4;         ///< Parallax between frames whose depth is computed: more repeats the work.
+  int max_key_stride = 8;             ///< Depth carried farther than this drifts.
+  double max_points = 4e6;            ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
 
   std::optional<GeometryProvider> provider;  ///< Forced when set, as are those below.
   std::optional<CloudKind> cloud;
   std::optional<bool> layers;
-  std::optional<int> key_stride;             ///< >= 1.
+  std::optional<int> key_stride;  ///< >= 1.
   std::optional<bool> decimate;
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
@@ -73,11 +73,11 @@ struct PlanDecision {
 struct GeometryPlan {
   PlanDecision<GeometryProvider> provider;  ///< sfm or prior, unless forced.
   PlanDecision<CloudKind> cloud;
-  PlanDecision<bool> layers;                ///< Foreground and background apart.
-  PlanDecision<int> key_stride;             ///< Dense depth on every n-th frame, carried to those between.
-  PlanDecision<bool> decimate;              ///< See decimation.h.
-  std::vector<std::string> notes;           ///< Numbers that were unusable and what they were taken for.
-  std::string brief() const;                ///< One line.
+  PlanDecision<bool> layers;       ///< Foreground and background apart.
+  PlanDecision<int> key_stride;    ///< Dense depth on every n-th frame, carried to those between.
+  PlanDecision<bool> decimate;     ///< See decimation.h.
+  std::vector<std::string> notes;  ///< Numbers that were unusable and what they were taken for.
+  std::string brief() const;       ///< One line.
 };
 
 /// Deterministic; later decisions take earlier ones, forced or not, into account. Never throws for what the profile

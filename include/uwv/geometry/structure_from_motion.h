@@ -42,15 +42,15 @@ struct SfmOptions {
   /// The clip's intrinsics where they are known; empty = one focal length for all frames is estimated, with the centre
   /// of the picture as principal point.
   std::optional<Intrinsics> intrinsics;
-  int max_features = 1500;        ///< Tracked at once. More: steadier cameras, time grows in proportion.
-  int tracking_height = 480;      ///< Pictures taller than this are shrunk to it. Results are in full pixels; the
-                                  ///< two limits below count pixels of the tracked picture, as noise does.
+  int max_features = 1500;    ///< Tracked at once. More: steadier cameras, time grows in proportion.
+  int tracking_height = 480;  ///< Pictures taller than this are shrunk to it. Results are in full pixels; the
+                              ///< two limits below count pixels of the tracked picture, as noise does.
   /// Of the median shift that rotation cannot explain, the largest over the clip's frame pairs. Below a quarter of this
   /// the camera is `turning`, above four times this `moving`. Between, where things that move by themselves or a weak
   /// lens could feign either, both are fitted, and `moving` must halve what turning leaves unexplained.
   double min_parallax_px = 2.0;
-  double max_error_px = 2.0;      ///< An observation reprojecting farther off is an outlier.
-  std::uint64_t seed = 1;         ///< Of random choices. The sampling used today has a fixed seed of its own.
+  double max_error_px = 2.0;  ///< An observation reprojecting farther off is an outlier.
+  std::uint64_t seed = 1;     ///< Of random choices. The sampling used today has a fixed seed of its own.
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -70,19 +70,19 @@ struct ScenePoint {
 
 struct SfmResult {
   ClipMotion motion = ClipMotion::indeterminate;
-  std::string reason;                     ///< One sentence: why this motion, in numbers.
-  std::vector<Camera> cameras;            ///< One per frame unless indeterminate (then empty).
-  std::vector<std::uint8_t> registered;   ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.
-  std::vector<ScenePoint> points;         ///< Only for `moving`.
-  std::vector<int> cuts;                  ///< Frames at which another shot begins. Poses cover the longest shot only;
-                                          ///< frames outside it are not registered and have its nearest camera.
+  std::string reason;                    ///< One sentence: why this motion, in numbers.
+  std::vector<Camera> cameras;           ///< One per frame unless indeterminate (then empty).
+  std::vector<std::uint8_t> registered;  ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.
+  std::vector<ScenePoint> points;        ///< Only for `moving`.
+  std::vector<int> cuts;                 ///< Frames at which another shot begins. Poses cover the longest shot only;
+                                         ///< frames outside it are not registered and have its nearest camera.
   bool focal_estimated = false;
-  double parallax_px = 0;                 ///< Median over tracks of the shift rotation cannot explain.
-  double rms_error_px = 0;                ///< Of all inlier observations.
-  double moving_share = 0;                ///< Share of the tracks (three frames or more) that no static point explains:
-                                          ///< moving things, but also tracks slipping along edges of depth.
+  double parallax_px = 0;   ///< Median over tracks of the shift rotation cannot explain.
+  double rms_error_px = 0;  ///< Of all inlier observations.
+  double moving_share = 0;  ///< Share of the tracks (three frames or more) that no static point explains:
+                            ///< moving things, but also tracks slipping along edges of depth.
   double seconds = 0;
-  std::string brief() const;              ///< One line.
+  std::string brief() const;  ///< One line.
 };
 
 /// All frames have one size. Reports stages "tracking", "cameras", "bundle adjustment" to the monitor. Throws

@@ -64,11 +64,11 @@ enum class Completion {
 
 struct RunOptions {
   // -- input ---------------------------------------------------------------------------------------------------------
-  std::string video;                  ///< Video, picture (a photo), folder of pictures or pattern. Required.
-  std::string depth;                  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them, or the
-                                      ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
-  DepthKind depth_kind = DepthKind::depth;  ///< What the values of `depth` are. Relative kinds need `geometry` to come to
-                                            ///< scale: the cameras are estimated too.
+  std::string video;  ///< Video, picture (a photo), folder of pictures or pattern. Required.
+  std::string depth;  ///< Depth clip: .npz .npy .png .exr .pfm, a folder or a pattern of them, or the
+                      ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
+  DepthKind depth_kind = DepthKind::depth;  ///< What the values of `depth` are. Relative kinds need `geometry` to come
+                                            ///< to scale: the cameras are estimated too.
   std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
   std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
   std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
@@ -87,7 +87,8 @@ struct RunOptions {
   long stride = 1;                               ///< Every how many-th frame is used.
   long max_frames = 81;                          ///< At most so many are used; 0 = all. 81 is what the model takes.
 
-  // -- geometry, where no depth is given -------------------------------------------------------------------------------
+  // -- geometry, where no depth is given
+  // -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
   bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
   std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without

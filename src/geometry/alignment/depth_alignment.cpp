@@ -17,12 +17,9 @@ using alignment::FrameFit;
 bool speaks(const FrameAlignment& frame, const AlignmentOptions& options) {
   switch (frame.status) {
     case AlignmentStatus::solved:
-    case AlignmentStatus::zero_empty:
-      return true;
-    case AlignmentStatus::negative_scale:
-      return !options.refuse_negative;
-    default:
-      return false;
+    case AlignmentStatus::zero_empty: return true;
+    case AlignmentStatus::negative_scale: return !options.refuse_negative;
+    default: return false;
   }
 }
 
@@ -86,56 +83,40 @@ void solve_together(std::vector<FrameAlignment>& frames, const std::vector<Frame
 
 std::string_view to_string(AlignmentModel model) {
   switch (model) {
-    case AlignmentModel::inverse_affine:
-      return "inverse_affine";
-    case AlignmentModel::inverse_scale:
-      return "inverse_scale";
-    case AlignmentModel::depth_affine:
-      return "depth_affine";
-    case AlignmentModel::depth_scale:
-      return "depth_scale";
+    case AlignmentModel::inverse_affine: return "inverse_affine";
+    case AlignmentModel::inverse_scale: return "inverse_scale";
+    case AlignmentModel::depth_affine: return "depth_affine";
+    case AlignmentModel::depth_scale: return "depth_scale";
   }
   return "unknown";
 }
 
 std::string_view to_string(AlignmentLoss loss) {
   switch (loss) {
-    case AlignmentLoss::squared:
-      return "squared";
-    case AlignmentLoss::huber:
-      return "huber";
-    case AlignmentLoss::cauchy:
-      return "cauchy";
+    case AlignmentLoss::squared: return "squared";
+    case AlignmentLoss::huber: return "huber";
+    case AlignmentLoss::cauchy: return "cauchy";
   }
   return "unknown";
 }
 
 std::string_view to_string(AlignmentSmoothing smoothing) {
   switch (smoothing) {
-    case AlignmentSmoothing::none:
-      return "none";
-    case AlignmentSmoothing::momentum:
-      return "momentum";
-    case AlignmentSmoothing::joint:
-      return "joint";
+    case AlignmentSmoothing::none: return "none";
+    case AlignmentSmoothing::momentum: return "momentum";
+    case AlignmentSmoothing::joint: return "joint";
   }
   return "unknown";
 }
 
 std::string_view to_string(AlignmentStatus status) {
   switch (status) {
-    case AlignmentStatus::solved:
-      return "solved";
-    case AlignmentStatus::kept_previous_empty:
-      return "kept_previous_empty";
-    case AlignmentStatus::too_few:
-      return "too_few";
-    case AlignmentStatus::kept_previous_singular:
-      return "kept_previous_singular";
-    case AlignmentStatus::negative_scale:
-      return "negative_scale";
-    case AlignmentStatus::zero_empty:
-      return "zero_empty";
+    case AlignmentStatus::solved: return "solved";
+    case AlignmentStatus::kept_previous_empty: return "kept_previous_empty";
+    case AlignmentStatus::too_few: return "too_few";
+    case AlignmentStatus::kept_previous_singular: return "kept_previous_singular";
+    case AlignmentStatus::negative_scale: return "negative_scale";
+    case AlignmentStatus::zero_empty: return "zero_empty";
   }
   return "unknown";
 }

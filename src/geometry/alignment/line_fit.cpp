@@ -116,12 +116,9 @@ ceres::Solver::Options precise(AlignmentLoss kind) {
 double robust_weight(const Loss& loss, double relative_residual) {
   const double relative = std::fabs(relative_residual) / loss.scale;
   switch (loss.kind) {
-    case AlignmentLoss::squared:
-      return 1;
-    case AlignmentLoss::huber:
-      return relative <= 1 ? 1 : 1 / relative;
-    case AlignmentLoss::cauchy:
-      return 1 / (1 + relative * relative);
+    case AlignmentLoss::squared: return 1;
+    case AlignmentLoss::huber: return relative <= 1 ? 1 : 1 / relative;
+    case AlignmentLoss::cauchy: return 1 / (1 + relative * relative);
   }
   return 1;
 }

@@ -27,8 +27,8 @@ bool consistent(const FlowPair& pair, int x, int y) {
 }
 
 InverseRange range_at(const JudgedFrame& frame, int x, int y) {
-  return frame.ranges[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.grey.cols) +
-                      static_cast<std::size_t>(x)];
+  return frame
+      .ranges[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.grey.cols) + static_cast<std::size_t>(x)];
 }
 
 Eigen::Vector2d pixel_centre(int x, int y) { return {x + 0.5, y + 0.5}; }
@@ -85,8 +85,7 @@ Verdict look_again(const Looks& looks, const StaticMotion& motion, int x, int y,
   if (!motion.ends(pixel_centre(x, y), range, start, end)) return Verdict::unknown;
   const double contrast = looks.contrast(x, y);
   const double similar = grey_noise + 0.4 * contrast;
-  const double by_flow =
-      looks.difference(x, y, x + static_cast<double>(step[0]), y + static_cast<double>(step[1]));
+  const double by_flow = looks.difference(x, y, x + static_cast<double>(step[0]), y + static_cast<double>(step[1]));
   trusted = trusted && by_flow <= similar;
   const double enough = trusted ? 1.2 * by_flow + 0.5 * grey_noise + 0.15 * contrast : similar;
   // Half a pixel apart, on long ways one.
@@ -124,9 +123,8 @@ StaticMotion::StaticMotion(const Camera& from, const Camera& to) {
   infinite_ = to.intrinsics.matrix() * to_from_from.rotation * from.intrinsics.inverse_matrix();
   epipole_ = to.intrinsics.matrix() * to_from_from.translation;
   const double middle_x = to.size.width / 2.0, middle_y = to.size.height / 2.0;
-  per_inverse_depth_ =
-      std::hypot(epipole_.x() - middle_x * epipole_.z(), epipole_.y() - middle_y * epipole_.z()) +
-      0.25 * std::abs(epipole_.z()) * std::hypot(middle_x, middle_y);
+  per_inverse_depth_ = std::hypot(epipole_.x() - middle_x * epipole_.z(), epipole_.y() - middle_y * epipole_.z()) +
+                       0.25 * std::abs(epipole_.z()) * std::hypot(middle_x, middle_y);
   longest_px_ = 0.5 * to.size.width;
 }
 
@@ -191,8 +189,8 @@ void add_evidence(const StaticMotion& motion, const FlowPair& pair, const Judged
       if (!textured(from.texture, x, y) || !consistent(pair, x, y)) continue;
       const Eigen::Vector2d pixel = pixel_centre(x, y);
       double inverse_depth = 0;
-      const double distance = motion.distance(pixel, pixel + Eigen::Vector2d(step[0], step[1]),
-                                              range_at(from, x, y), inverse_depth);
+      const double distance =
+          motion.distance(pixel, pixel + Eigen::Vector2d(step[0], step[1]), range_at(from, x, y), inverse_depth);
       if (!(distance >= 0)) continue;
       off.at<float>(y, x) = static_cast<float>(distance);
       distances.push_back(static_cast<float>(distance));

@@ -61,7 +61,7 @@ struct JudgedFrame {
 /// Evidence of motion, 1 = as significant as asked for; 0 = static. All CV_32F.
 struct Evidence {
   explicit Evidence(Size size);
-  cv::Mat sum, count;              ///< Of everything that could be judged.
+  cv::Mat sum, count;                  ///< Of everything that could be judged.
   cv::Mat certain_sum, certain_count;  ///< Of what good flow says, and of what looks static.
 };
 

@@ -24,7 +24,7 @@ struct Track {
   int first_frame = 0;
   std::vector<const Piece*> pieces;
   std::vector<MovingDepthSource> sources;
-  std::vector<double> at_foot;                ///< Inverse depth; 0 = none.
+  std::vector<double> at_foot;  ///< Inverse depth; 0 = none.
   std::vector<Eigen::Vector3d> up_in_cam;
 };
 
@@ -219,11 +219,13 @@ MovingDepthSummary summarise(const std::vector<Track>& tracks) {
     if (share(source) > 0)
       summary.notes.push_back(fmt::format("{:.1f} % of the moving pixels {}", 100 * share(source), sentence));
   };
-  note(MovingDepthSource::contact, "stand where they touch the ground, which is an assumption: things in the air are "
-                                   "put too far away");
+  note(MovingDepthSource::contact,
+       "stand where they touch the ground, which is an assumption: things in the air are "
+       "put too far away");
   note(MovingDepthSource::size, "touch no visible ground in their frame and were placed by their change of size");
-  note(MovingDepthSource::background, "touch no visible ground in any frame and were put just in front of what is "
-                                      "behind them: their depth is a bound only");
+  note(MovingDepthSource::background,
+       "touch no visible ground in any frame and were put just in front of what is "
+       "behind them: their depth is a bound only");
   note(MovingDepthSource::none, "have no static depth around them and got none");
   return summary;
 }

@@ -222,9 +222,8 @@ void Search::run() {
     }
     judge(distance);
   }
-  pool_.run(frame_count(), [&](int i) {
-    score_[at(i)] = moving::combine_evidence(ahead_evidence_[at(i)], back_evidence_[at(i)]);
-  });
+  pool_.run(frame_count(),
+            [&](int i) { score_[at(i)] = moving::combine_evidence(ahead_evidence_[at(i)], back_evidence_[at(i)]); });
   steady_scores();
   double judged = 0;
   for (std::size_t i = 0; i < frames_.size(); ++i)
@@ -299,9 +298,10 @@ MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<cons
     if (coarse.empty())
       result.notes.emplace_back("no depth was given: things moving along their epipolar line may pass as static");
     if (result.judged_share < 0.5)
-      result.notes.push_back(fmt::format("flow could be judged at only {:.0f} % of the pixels (blank or blurred "
-                                         "pictures): motion elsewhere is not seen",
-                                         100 * result.judged_share));
+      result.notes.push_back(
+          fmt::format("flow could be judged at only {:.0f} % of the pixels (blank or blurred "
+                      "pictures): motion elsewhere is not seen",
+                      100 * result.judged_share));
     if (result.moving_share > 0.5)
       result.notes.push_back(fmt::format("{:.0f} % of the pixels contradict the cameras: the cameras may be wrong",
                                          100 * result.moving_share));

@@ -185,10 +185,8 @@ std::vector<int> follow_pieces(const std::vector<Piece>& from, const cv::Mat& fr
 }
 
 double size_ratio(const Piece& piece, const Piece& reference) {
-  if (!piece.cut_sideways && !reference.cut_sideways)
-    return static_cast<double>(piece.box.width) / reference.box.width;
-  if (!piece.cut_upright && !reference.cut_upright)
-    return static_cast<double>(piece.box.height) / reference.box.height;
+  if (!piece.cut_sideways && !reference.cut_sideways) return static_cast<double>(piece.box.width) / reference.box.width;
+  if (!piece.cut_upright && !reference.cut_upright) return static_cast<double>(piece.box.height) / reference.box.height;
   return 1;
 }
 

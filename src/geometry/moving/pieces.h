@@ -19,9 +19,9 @@ struct Piece {
   int label = 0;  ///< In the picture of labels of its frame.
   cv::Rect box;
   int area = 0;
-  bool cut_sideways = false, cut_upright = false;  ///< By the picture's border.
-  Eigen::Vector2d foot = Eigen::Vector2d::Zero();  ///< Its lowest place, pixels.
-  double contact = 0;                              ///< Inverse depth of the ground at the foot; 0 = none is seen.
+  bool cut_sideways = false, cut_upright = false;       ///< By the picture's border.
+  Eigen::Vector2d foot = Eigen::Vector2d::Zero();       ///< Its lowest place, pixels.
+  double contact = 0;                                   ///< Inverse depth of the ground at the foot; 0 = none is seen.
   Eigen::Vector3d up_in_cam = Eigen::Vector3d::Zero();  ///< Normal of that ground.
   std::vector<float> behind;  ///< Per row of the box: inverse depth of the static scene beside it; 0 = unknown.
   double behind_median = 0;   ///< Of the known ones; 0 = none.

@@ -68,8 +68,8 @@ void grow_to_outlines(cv::Mat& regions, const cv::Mat& picture) {
 }
 
 void adopt_foreground(ValidityMask& static_pixels, const ForegroundMask& foreground, double agreement) {
-  const cv::Mat wanted = cv::Mat(foreground.height(), foreground.width(), CV_8U,
-                                 const_cast<std::uint8_t*>(foreground.data())) != 0;
+  const cv::Mat wanted =
+      cv::Mat(foreground.height(), foreground.width(), CV_8U, const_cast<std::uint8_t*>(foreground.data())) != 0;
   cv::Mat labels, stats, centres;
   const int pieces = cv::connectedComponentsWithStats(wanted, labels, stats, centres, 8, CV_32S);
   std::vector<double> moving(static_cast<std::size_t>(pieces), 0);

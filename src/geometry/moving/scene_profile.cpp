@@ -61,11 +61,11 @@ PlanDecision<GeometryProvider> choose_provider(const SceneProfile& p, const Geom
   if (p.motion != ClipMotion::moving)
     return prior(fmt::format("the camera {}, so depth cannot be measured", phrase(p.motion)));
   if (p.parallax_px < o.min_parallax_px)
-    return prior(fmt::format("parallax of {:.2f} px over the clip is below {:.2f} px", p.parallax_px,
-                             o.min_parallax_px));
+    return prior(
+        fmt::format("parallax of {:.2f} px over the clip is below {:.2f} px", p.parallax_px, o.min_parallax_px));
   if (p.rms_error_px > o.max_error_px)
-    return prior(fmt::format("the reconstruction is off by {:.2f} px, more than {:.2f} px", p.rms_error_px,
-                             o.max_error_px));
+    return prior(
+        fmt::format("the reconstruction is off by {:.2f} px, more than {:.2f} px", p.rms_error_px, o.max_error_px));
   if (p.registered_share < o.min_registered_share)
     return prior(fmt::format("only {:.0f} % of the poses were measured, below {:.0f} %", 100 * p.registered_share,
                              100 * o.min_registered_share));
@@ -94,8 +94,8 @@ PlanDecision<CloudKind> choose_cloud(const SceneProfile& p, const GeometryPlanOp
     return per_frame(fmt::format("only {:.0f} % of the depths are measured, below {:.0f} %", 100 * p.measured_share,
                                  100 * o.min_measured_share));
   if (p.moving_share > o.max_moving_share)
-    return per_frame(fmt::format("{:.0f} % of the pixels move by themselves, more than {:.0f} %",
-                                 100 * p.moving_share, 100 * o.max_moving_share));
+    return per_frame(fmt::format("{:.0f} % of the pixels move by themselves, more than {:.0f} %", 100 * p.moving_share,
+                                 100 * o.max_moving_share));
   if (p.disocclusion_share < o.min_disocclusion)
     return per_frame(fmt::format("single frames leave only {:.1f} % of the path uncovered, below {:.1f} %",
                                  100 * p.disocclusion_share, 100 * o.min_disocclusion));

@@ -7,9 +7,9 @@
 namespace uwv::mvs {
 namespace {
 
-constexpr float edge_levels = 3;       // Colour difference that makes smoothness e times weaker.
-constexpr float least_weight = 0.0005F; // Across the strongest edge something still connects: every pixel gets filled.
-constexpr int sweeps = 12;             // Per level; coarser levels have brought what is smooth.
+constexpr float edge_levels = 3;         // Colour difference that makes smoothness e times weaker.
+constexpr float least_weight = 0.0005F;  // Across the strongest edge something still connects: every pixel gets filled.
+constexpr int sweeps = 12;               // Per level; coarser levels have brought what is smooth.
 constexpr float relaxation = 1.7F;
 constexpr float fill_confidence = 0.4F;
 
@@ -25,8 +25,8 @@ float likeness(const Rgb8& a, const Rgb8& b) {
 
 struct Level {
   ImageRgb colour;
-  Image<float> value;          ///< Inverse depth.
-  Image<std::uint8_t> known;   ///< 1 = value is measured and stays.
+  Image<float> value;         ///< Inverse depth.
+  Image<std::uint8_t> known;  ///< 1 = value is measured and stays.
 };
 
 /// Half the size; a coarse pixel is known where one of its four is, as the mean of those.
@@ -90,8 +90,8 @@ void relax(Level& level) {
 }
 
 void solve(Level& level) {
-  const bool all_known = std::all_of(level.known.pixels().begin(), level.known.pixels().end(),
-                                     [](std::uint8_t k) { return k != 0; });
+  const bool all_known =
+      std::all_of(level.known.pixels().begin(), level.known.pixels().end(), [](std::uint8_t k) { return k != 0; });
   if (all_known) return;
   if (level.value.width() > 1 || level.value.height() > 1) {
     Level coarse = coarser(level);

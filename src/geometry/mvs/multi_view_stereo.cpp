@@ -15,7 +15,7 @@ namespace mvs {
 namespace {
 
 constexpr float lent_confidence = 0.45F;  // Measured, but not here; more than a filling.
-constexpr double scratch_bytes = 512e6;  // Frames in work at once share this much memory for their cost volumes.
+constexpr double scratch_bytes = 512e6;   // Frames in work at once share this much memory for their cost volumes.
 
 /// One call's work, step by step. Frames are worked on in parallel, each by one thread, so that results do not depend
 /// on the number of threads.

@@ -9,10 +9,10 @@
 namespace uwv::mvs {
 namespace {
 
-constexpr int small_step = 6;     // P1: a slanted surface crosses planes.
-constexpr int large_jump = 60;    // P2 on an even part of the picture.
-constexpr int least_jump = 16;    // P2 on a strong edge; above P1.
-constexpr float jump_edge = 8;    // Grey levels of edge that halve P2.
+constexpr int small_step = 6;   // P1: a slanted surface crosses planes.
+constexpr int large_jump = 60;  // P2 on an even part of the picture.
+constexpr int least_jump = 16;  // P2 on a strong edge; above P1.
+constexpr float jump_edge = 8;  // Grey levels of edge that halve P2.
 constexpr int paths = 8;
 constexpr std::uint16_t infinite = 30000;  // Far above any path cost, and no overflow when a penalty is added.
 
@@ -22,11 +22,12 @@ std::uint16_t jump_penalty(float grey, float before) {
       std::max(static_cast<float>(least_jump), static_cast<float>(large_jump) * jump_edge / (jump_edge + edge)));
 }
 
-
 /// One step of a path: from the costs at the previous pixel to those here, added to the sums. Returns the least.
-inline __attribute__((always_inline)) std::uint16_t path_step(
-    const std::uint8_t* __restrict cost, const std::uint16_t* __restrict before, std::uint16_t least_before,
-    std::uint16_t jump, int planes, std::uint16_t* __restrict here, std::uint16_t* __restrict sums) {
+inline __attribute__((always_inline)) std::uint16_t path_step(const std::uint8_t* __restrict cost,
+                                                              const std::uint16_t* __restrict before,
+                                                              std::uint16_t least_before, std::uint16_t jump,
+                                                              int planes, std::uint16_t* __restrict here,
+                                                              std::uint16_t* __restrict sums) {
   const auto jumped = static_cast<std::uint16_t>(least_before + jump);
   std::uint16_t least = infinite;
   for (int d = 0; d < planes; ++d) {
@@ -93,9 +94,9 @@ UWV_SIMD_CLONES void advance_row(const RowTask& task, int step_x, bool forward, 
       continue;
     }
     const auto offset = static_cast<std::size_t>(x) * static_cast<std::size_t>(task.planes);
-    here.least(x) = path_step(task.costs + offset, before.at(from), before.least(from),
-                              jump_penalty(task.grey[x], task.grey_before[from]), task.planes, here.at(x),
-                              task.sums + offset);
+    here.least(x) =
+        path_step(task.costs + offset, before.at(from), before.least(from),
+                  jump_penalty(task.grey[x], task.grey_before[from]), task.planes, here.at(x), task.sums + offset);
   }
 }
 
@@ -108,10 +109,13 @@ void sweep_rows(const CostVolume& volume, const Image<float>& grey, bool downwar
   std::vector<PathRow> here(3, PathRow(width, volume.padded));
   for (int i = 0; i < height; ++i) {
     const int y = downwards ? i : height - 1 - i;
-    RowTask task{width, volume.padded, volume.at(0, y),
+    RowTask task{width,
+                 volume.padded,
+                 volume.at(0, y),
                  sums.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width) *
                                    static_cast<std::size_t>(volume.padded),
-                 grey.row(y), grey.row(y)};
+                 grey.row(y),
+                 grey.row(y)};
     advance_row(task, downwards ? 1 : -1, downwards, along, along);
     task.grey_before = i == 0 ? nullptr : grey.row(downwards ? y - 1 : y + 1);
     for (int k = 0; k < 3; ++k)
@@ -119,7 +123,6 @@ void sweep_rows(const CostVolume& volume, const Image<float>& grey, bool downwar
     std::swap(before, here);
   }
 }
-
 
 UWV_SIMD_CLONES std::uint16_t least_of(const std::uint16_t* sums, int count) {
   std::uint16_t least = 65535;

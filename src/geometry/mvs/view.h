@@ -16,8 +16,8 @@ namespace uwv::mvs {
 using InverseDepthMap = Image<float>;
 
 struct View {
-  Camera camera;               ///< At the matching size, normalised (see Normalisation).
-  Image<float> grey;           ///< 0..255, centred on 0 so that sums of squares stay small.
+  Camera camera;      ///< At the matching size, normalised (see Normalisation).
+  Image<float> grey;  ///< 0..255, centred on 0 so that sums of squares stay small.
   ImageRgb colour;
   Image<std::uint8_t> usable;  ///< 1 = static; empty = all are.
 };

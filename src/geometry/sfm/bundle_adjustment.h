@@ -24,10 +24,10 @@ struct Reconstruction {
 
 struct AdjustOptions {
   bool refine_focal = false;
-  double focal_prior = 0;       ///< Expected fx; a prior of 0.5 in log f keeps an unobservable focal length in place.
-  bool move_points = true;      ///< False: only the cameras move.
-  bool fix_translation = false; ///< True: rotations (and points at infinity) only.
-  double gate_px = 4;           ///< Observations farther off take no part.
+  double focal_prior = 0;        ///< Expected fx; a prior of 0.5 in log f keeps an unobservable focal length in place.
+  bool move_points = true;       ///< False: only the cameras move.
+  bool fix_translation = false;  ///< True: rotations (and points at infinity) only.
+  double gate_px = 4;            ///< Observations farther off take no part.
   int iterations = 20;
 };
 /// Root mean square error of the observations that took part. The first registered camera stays where it is.

@@ -97,16 +97,16 @@ class Job {
     if (shot_.length() < 2) return still("no frame has a neighbour of the same shot, so nothing can have moved");
     const int matches = typical_matches(tracks_, shot_.length());
     if (matches < least_matches)
-      return indeterminate(fmt::format("only {} features could be followed between frames; {} are needed", matches,
-                                       least_matches));
+      return indeterminate(
+          fmt::format("only {} features could be followed between frames; {} are needed", matches, least_matches));
     const double travel = travel_of(tracks_, shot_.length());
     if (travel < still_px)
       return still(fmt::format("half of the tracks stay within {:.2f} px of where they began", travel));
     const std::vector<int> keyframes = keyframes_of(tracks_, shot_.length(), clip_.size);
     const std::vector<FramePair> pairs = pairs_of(tracks_, keyframes, least_matches);
     if (pairs.empty()) return indeterminate("no two frames apart share enough tracks");
-    const TurningFit turning = fit_turning(
-        tracks_, pairs, candidate_lenses(options_, full_, clip_.size, {25, 35, 45, 55, 65, 80, 100, 120}));
+    const TurningFit turning =
+        fit_turning(tracks_, pairs, candidate_lenses(options_, full_, clip_.size, {25, 35, 45, 55, 65, 80, 100, 120}));
     result_.parallax_px = turning.parallax_px * scale();
     if (turning.parallax_px < clear_share * options_.min_parallax_px) return turned(rotations_of(turning));
     const Outcome outcome = explore(keyframes, pairs);
@@ -196,10 +196,10 @@ class Job {
     const Reconstruction all = with_all_points(outcome.reconstruction);
     fill_errors(result_, all, tracks_, limit, scale());
     fill_points(result_, all, tracks_, limit, placement());
-    result_.reason = fmt::format("{:.1f} px of parallax; {} of {} frames placed, {} points, error {:.2f} px{}",
-                                 result_.parallax_px, posed, shot_.length(), result_.points.size(),
-                                 result_.rms_error_px,
-                                 outcome.from_plane ? "; nearly one plane is seen, its homography began" : "");
+    result_.reason =
+        fmt::format("{:.1f} px of parallax; {} of {} frames placed, {} points, error {:.2f} px{}", result_.parallax_px,
+                    posed, shot_.length(), result_.points.size(), result_.rms_error_px,
+                    outcome.from_plane ? "; nearly one plane is seen, its homography began" : "");
     return std::move(result_);
   }
 

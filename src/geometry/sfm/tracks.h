@@ -20,7 +20,7 @@ struct Track {
 };
 
 struct TrackedClip {
-  Size size;       ///< Of the tracked picture.
+  Size size;  ///< Of the tracked picture.
   int frames = 0;
   std::vector<Track> tracks;
   std::vector<int> cuts;  ///< First frames of later shots, ascending. No track crosses one.

@@ -39,8 +39,7 @@ Eigen::Vector3d nearest_point(const std::vector<Ray>& rays) {
       b += across * rays[i].origin;
     }
     x = a.ldlt().solve(b);
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      weights[i] = 1 / std::max(1e-12, (x - rays[i].origin).squaredNorm());
+    for (std::size_t i = 0; i < rays.size(); ++i) weights[i] = 1 / std::max(1e-12, (x - rays[i].origin).squaredNorm());
   }
   return x;
 }

@@ -25,8 +25,7 @@ Reconstruction turn(const std::vector<Track>& tracks, int frames, const Intrinsi
   }
   for (std::size_t t = 0; t < tracks.size(); ++t) {
     const auto& pose = out.cam_from_world[static_cast<std::size_t>(tracks[t].first)];
-    if (pose)
-      out.points[t] = pose->rotation.transpose() * unproject(lens, tracks[t].pixels.front(), 1).normalized();
+    if (pose) out.points[t] = pose->rotation.transpose() * unproject(lens, tracks[t].pixels.front(), 1).normalized();
   }
   AdjustOptions adjustment;
   adjustment.refine_focal = options.refine_focal;

@@ -8,7 +8,7 @@ namespace uwv::sfm {
 
 struct TwoViewStart {
   FramePair frames;
-  Rigid3 b_from_a;        ///< Translation of length 1.
+  Rigid3 b_from_a;  ///< Translation of length 1.
   bool from_plane = false;
 };
 

@@ -65,8 +65,8 @@ TEST(AlignmentParity, lines_and_depth_of_a_sequence) {
     const DepthMap mine = aligned_depth(v.picture<Image<float>>(i), ours.frames[i], options);
     const auto theirs = depth.picture<DepthMap>(i);
     for (std::size_t p = 0; p < mine.pixels().size(); ++p)
-      worst = std::max(worst, std::fabs(1 / static_cast<double>(mine.pixels()[p]) -
-                                        1 / static_cast<double>(theirs.pixels()[p])));
+      worst = std::max(
+          worst, std::fabs(1 / static_cast<double>(mine.pixels()[p]) - 1 / static_cast<double>(theirs.pixels()[p])));
   }
   EXPECT_LE(worst, 5e-6);
 }
@@ -98,8 +98,7 @@ TEST(AlignmentParity, sample_selection) {
   ThreadPool pool(1);
   std::size_t offered = 0, drawn = 0, outside = 0;
   for (std::size_t i = 0; i < v.shape().front(); ++i) {
-    const ValidityMask ours =
-        alignment_samples(v.picture<Image<float>>(i), mask.picture<ForegroundMask>(i), {}, pool);
+    const ValidityMask ours = alignment_samples(v.picture<Image<float>>(i), mask.picture<ForegroundMask>(i), {}, pool);
     const auto theirs = sparse.picture<ValidityMask>(i);
     offered += ours.count();
     drawn += theirs.count();

@@ -135,8 +135,8 @@ TEST(DepthAlignment, mask_and_weights_choose_the_samples) {
       weights(x, y) = good ? 2.0F : 0.0F;
       if (!good) reference(x, y) = static_cast<float>(1 + x);
     }
-  for (const FrameAlignment& frame : {align_one(v, reference, all_samples(), &mask),
-                                      align_one(v, reference, all_samples(), nullptr, &weights)}) {
+  for (const FrameAlignment& frame :
+       {align_one(v, reference, all_samples(), &mask), align_one(v, reference, all_samples(), nullptr, &weights)}) {
     EXPECT_EQ(frame.candidates, mask.count());
     expect_line(frame.line, truth, 1e-5);
   }
@@ -165,8 +165,8 @@ TEST(DepthAlignment, momentum_is_the_running_mean_and_keeps_through_gaps) {
   EXPECT_EQ(summary.brief(), "4 frames: 3 solved, 1 kept_previous_empty");
 }
 
-/// A clip whose true line drifts (1: by a fifth in scale, to the opposite in shift) while every frame's reference is off
-/// by a scale of its own, as estimators flicker.
+/// A clip whose true line drifts (1: by a fifth in scale, to the opposite in shift) while every frame's reference is
+/// off by a scale of its own, as estimators flicker.
 Clip flickering_clip(int frames, double flicker, double drift, std::vector<AlignmentLine>& lines) {
   Clip clip;
   std::mt19937 random(5);

@@ -24,8 +24,7 @@ TEST(DepthComposite, hard_edges_take_one_or_the_other) {
   const ForegroundMask mask = square_mask(size, 20, 30);
   const DepthMap out = composite_depth(near, DepthMap(size, 5.0F), mask);
   for (int y = 0; y < 50; ++y)
-    for (int x = 0; x < 50; ++x)
-      EXPECT_EQ(out(x, y), x == 25 && y == 25 ? 0.0F : mask(x, y) != 0 ? 2.0F : 5.0F);
+    for (int x = 0; x < 50; ++x) EXPECT_EQ(out(x, y), x == 25 && y == 25 ? 0.0F : mask(x, y) != 0 ? 2.0F : 5.0F);
 }
 
 TEST(DepthComposite, ring_of_twelve_pixels_is_invalid) {
@@ -33,8 +32,7 @@ TEST(DepthComposite, ring_of_twelve_pixels_is_invalid) {
   CompositeOptions options;
   options.ring = true;
   const DepthMap out = composite_depth(DepthMap(size, 2.0F), DepthMap(size, 5.0F), square_mask(size, 20, 30), options);
-  for (int x = 0; x < 50; ++x)
-    EXPECT_EQ(out(x, 25), x >= 20 && x < 30 ? 2.0F : x >= 8 && x < 42 ? 0.0F : 5.0F) << x;
+  for (int x = 0; x < 50; ++x) EXPECT_EQ(out(x, 25), x >= 20 && x < 30 ? 2.0F : x >= 8 && x < 42 ? 0.0F : 5.0F) << x;
   EXPECT_EQ(out(8, 8), 0.0F);
   EXPECT_EQ(out(7, 7), 5.0F);
 }
@@ -75,9 +73,9 @@ TEST(DepthComposite, tiny_empty_and_wrong_sizes) {
   options.ring = true;
   options.close_iterations = 4;
   EXPECT_TRUE(composite_depth({}, {}, {}, options).empty());
-  EXPECT_EQ(composite_depth(DepthMap(1, 1, 2.0F), DepthMap(1, 1, 5.0F), ForegroundMask(1, 1, std::uint8_t{1}),
-                            options)(0, 0),
-            2.0F);
+  EXPECT_EQ(
+      composite_depth(DepthMap(1, 1, 2.0F), DepthMap(1, 1, 5.0F), ForegroundMask(1, 1, std::uint8_t{1}), options)(0, 0),
+      2.0F);
   EXPECT_THROW(composite_depth(DepthMap(2, 1), DepthMap(1, 2), ForegroundMask(2, 1)), std::invalid_argument);
   options.ring_window = 4;
   EXPECT_THROW(options.check(), std::invalid_argument);

@@ -70,8 +70,7 @@ Check check(const DecimatedDepth& points, const DepthMap& depth, const Camera& s
             const Eigen::Vector2d pixel(u + 0.5, v + 0.5);
             const Eigen::Vector2d exact = landing(target, source, pixel, depth(u, v));
             if (exact.allFinite())
-              result.worst_px =
-                  std::max(result.worst_px, (landing(target, source, pixel, 1 / w) - exact).norm());
+              result.worst_px = std::max(result.worst_px, (landing(target, source, pixel, 1 / w) - exact).norm());
           }
         }
     }
@@ -94,8 +93,8 @@ TEST_F(DecimationTest, EveryPixelIsStoodForOnceAndMovesLessThanTheBound) {
       EXPECT_LE(got.worst_px, bound * (1 + 1e-6)) << filmed.stock.name;
       EXPECT_EQ(got.covered, valid_count(filmed.frame.depth)) << filmed.stock.name;
       EXPECT_EQ(got.twice, 0U) << filmed.stock.name;
-      EXPECT_NEAR(points.kept_share,
-                  static_cast<double>(points.kept.count()) / static_cast<double>(got.covered), 1e-12);
+      EXPECT_NEAR(points.kept_share, static_cast<double>(points.kept.count()) / static_cast<double>(got.covered),
+                  1e-12);
     }
 }
 
@@ -125,8 +124,7 @@ TEST_F(DecimationTest, NothingIsSavedWithoutLeave) {
   const Filmed filmed = film(sphere_floor_wall, {104, 60});
   DecimationOptions options;
   options.max_cell = 1;
-  const DecimatedDepth points =
-      decimate_depth(filmed.frame.depth, filmed.stock.source, filmed.targets, options, pool_);
+  const DecimatedDepth points = decimate_depth(filmed.frame.depth, filmed.stock.source, filmed.targets, options, pool_);
   EXPECT_EQ(points.depth, filmed.frame.depth);
   EXPECT_EQ(points.kept_share, 1.0);
 }
@@ -136,8 +134,7 @@ TEST_F(DecimationTest, ColoursDivideCells) {
   ImageRgb halves(wall.frame.depth.size(), Rgb8{10, 10, 10});
   for (int y = 0; y < halves.height(); ++y)
     for (int x = 101; x < halves.width(); ++x) halves(x, y) = {200, 10, 10};
-  const DecimatedDepth points =
-      decimate_depth(wall.frame.depth, wall.stock.source, wall.targets, {}, pool_, &halves);
+  const DecimatedDepth points = decimate_depth(wall.frame.depth, wall.stock.source, wall.targets, {}, pool_, &halves);
   for (int y = 0; y < halves.height(); ++y)
     for (int x = 0; x < halves.width(); ++x)
       if (points.kept(x, y) != 0) {
@@ -148,8 +145,7 @@ TEST_F(DecimationTest, ColoursDivideCells) {
 
 TEST_F(DecimationTest, TheUnitOfLengthAndTheOriginDoNotMatter) {
   const Filmed filmed = film(sphere_floor_wall, {104, 60});
-  const double share =
-      decimate_depth(filmed.frame.depth, filmed.stock.source, filmed.targets, {}, pool_).kept_share;
+  const double share = decimate_depth(filmed.frame.depth, filmed.stock.source, filmed.targets, {}, pool_).kept_share;
   for (const auto& [unit, offset] : {std::pair{1e-6, 0.0}, std::pair{1e9, 0.0}, std::pair{1.0, 1e7}}) {
     const Filmed other = film(sphere_floor_wall, {104, 60}, unit, {offset, -offset, offset});
     const DecimatedDepth points = decimate_depth(other.frame.depth, other.stock.source, other.targets, {}, pool_);

@@ -45,8 +45,7 @@ Agreement compare(const std::vector<ValidityMask>& masks, const OrbitingClip& cl
 
 class MovingPixelsTest : public ::testing::Test {
  protected:
-  OrbitingClip ball(double degrees, double unit = 1, double offset = 0, int frames = 7,
-                    double seconds_a_frame = 0.04) {
+  OrbitingClip ball(double degrees, double unit = 1, double offset = 0, int frames = 7, double seconds_a_frame = 0.04) {
     return orbiting_clip(moving_ball(small(unit, offset)), frames, degrees, seconds_a_frame * (frames - 1), pool_);
   }
   MovingPixels find(const OrbitingClip& clip, bool with_depth, const MovingOptions& options = {}) {

@@ -13,8 +13,8 @@ namespace uwv::testing {
 struct OrbitingClip {
   std::vector<ImageRgb> frames;
   std::vector<Camera> cameras;
-  std::vector<FrameGeometry> truth;             ///< Exact depth, confidence 1 where there is any.
-  std::vector<Image<std::int32_t>> object;      ///< Index into the scene's objects.
+  std::vector<FrameGeometry> truth;         ///< Exact depth, confidence 1 where there is any.
+  std::vector<Image<std::int32_t>> object;  ///< Index into the scene's objects.
 };
 
 /// `frames` frames during which the camera turns by `degrees` around the subject while `seconds` pass.

@@ -40,8 +40,7 @@ TEST(GeometryPlanTest, ARichClipIsMeasuredMergedLayeredAndThinned) {
   EXPECT_THAT(got.key_stride.saves, HasSubstr("12 of 25"));
   EXPECT_TRUE(got.decimate.choice);
   EXPECT_TRUE(got.notes.empty());
-  EXPECT_EQ(got.brief(),
-            "depth from sfm, merged cloud, two layers, depth every 2 frame(s), thinned points");
+  EXPECT_EQ(got.brief(), "depth from sfm, merged cloud, two layers, depth every 2 frame(s), thinned points");
 }
 
 TEST(GeometryPlanTest, EachLackOfEvidenceLeavesDepthToThePrior) {
@@ -195,9 +194,9 @@ TEST(GeometryPlanTest, UnusableNumbersAreNotedAndTakenTheSafeWay) {
 TEST(GeometryPlanTest, EveryDecisionExplainsItself) {
   for (const SceneProfile& p : {rich(), SceneProfile{}}) {
     const GeometryPlan got = plan(p);
-    for (const std::string* text : {&got.provider.reason, &got.cloud.reason, &got.layers.reason,
-                                    &got.key_stride.reason, &got.decimate.reason, &got.provider.saves,
-                                    &got.cloud.saves, &got.layers.saves, &got.key_stride.saves, &got.decimate.saves})
+    for (const std::string* text :
+         {&got.provider.reason, &got.cloud.reason, &got.layers.reason, &got.key_stride.reason, &got.decimate.reason,
+          &got.provider.saves, &got.cloud.saves, &got.layers.saves, &got.key_stride.saves, &got.decimate.saves})
       EXPECT_FALSE(text->empty());
     EXPECT_FALSE(p.brief().empty());
   }

@@ -25,8 +25,7 @@ inline Clip orbit_clip(const StockScene& stock, int count, double degrees, Threa
   Clip clip;
   for (int i = 0; i < count; ++i) {
     const double share = count > 1 ? static_cast<double>(i) / (count - 1) - 0.5 : 0.0;
-    const Camera camera =
-        orbit_camera(stock.source, stock.subject_in_world, share * degrees * std::numbers::pi / 180);
+    const Camera camera = orbit_camera(stock.source, stock.subject_in_world, share * degrees * std::numbers::pi / 180);
     SyntheticFrame frame = render(stock.scene, camera, 0, pool, 2);
     clip.frames.push_back(std::move(frame.colour));
     clip.truth.push_back(std::move(frame.depth));
@@ -40,8 +39,7 @@ inline Clip orbit_clip(const StockScene& stock, int count, double degrees, Threa
     const float z = clip.truth[f](x, y);
     if (z <= 0) continue;
     ScenePoint point;
-    point.x_in_world =
-        clip.cameras[f].world_from_cam * unproject(clip.cameras[f].intrinsics, {x + 0.5, y + 0.5}, z);
+    point.x_in_world = clip.cameras[f].world_from_cam * unproject(clip.cameras[f].intrinsics, {x + 0.5, y + 0.5}, z);
     clip.points.push_back(point);
   }
   return clip;
@@ -54,12 +52,12 @@ inline StockOptions small_scene(Size size = {240, 144}) {
 }
 
 struct DepthError {
-  double known = 0;          ///< Share of the pixels that have depth.
-  double measured = 0;       ///< Share of the pixels with confidence of 0.5 and more.
-  double rel_all = 0;        ///< Mean relative error of what is known.
-  double rel_measured = 0;   ///< Of what was measured.
-  double rel_filled = 0;     ///< Of the rest.
-  double far_off = 0;        ///< Share of the measured that is more than 10% off.
+  double known = 0;         ///< Share of the pixels that have depth.
+  double measured = 0;      ///< Share of the pixels with confidence of 0.5 and more.
+  double rel_all = 0;       ///< Mean relative error of what is known.
+  double rel_measured = 0;  ///< Of what was measured.
+  double rel_filled = 0;    ///< Of the rest.
+  double far_off = 0;       ///< Share of the measured that is more than 10% off.
 };
 
 inline DepthError error_of(const FrameGeometry& frame, const DepthMap& truth) {

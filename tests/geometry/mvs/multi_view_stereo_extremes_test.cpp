@@ -21,8 +21,7 @@ Outcome run(const Clip& clip, const std::vector<ValidityMask>& masks = {}, const
   ThreadPool pool(2);
   Monitor monitor;
   Outcome out;
-  out.summary =
-      multi_view_stereo(clip.frames, clip.cameras, clip.points, masks, options, pool, monitor, out.frames);
+  out.summary = multi_view_stereo(clip.frames, clip.cameras, clip.points, masks, options, pool, monitor, out.frames);
   return out;
 }
 

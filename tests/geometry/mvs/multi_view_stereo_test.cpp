@@ -18,12 +18,11 @@ struct Outcome {
 };
 
 Outcome run(const Clip& clip, const MvsOptions& options = {}, int threads = 2,
-        const std::vector<ValidityMask>& masks = {}) {
+            const std::vector<ValidityMask>& masks = {}) {
   ThreadPool pool(threads);
   Monitor monitor;
   Outcome out;
-  out.summary =
-      multi_view_stereo(clip.frames, clip.cameras, clip.points, masks, options, pool, monitor, out.frames);
+  out.summary = multi_view_stereo(clip.frames, clip.cameras, clip.points, masks, options, pool, monitor, out.frames);
   return out;
 }
 

@@ -19,8 +19,9 @@ Clip orbit(int frames) {
 
 TEST(MotionKind, TurningIsNamedAndItsRotationsFound) {
   const StockScene room = boxes_room(small_clip());
-  const Clip clip =
-      film(room, 12, [](int i, const Camera& source) { return moved(source, {0, 0, 0}, 1.0 * degree * i); });
+  const Clip clip = film(room, 12, [](int i, const Camera& source) {
+    return moved(source, {0, 0, 0}, 1.0 * degree * i);
+  });
   for (const bool known : {true, false}) {
     const SfmResult result = solve(clip, known ? with_lens(clip) : SfmOptions{});
     ASSERT_EQ(result.motion, ClipMotion::turning) << result.brief();
@@ -100,8 +101,7 @@ TEST(MotionKind, ThreadsChangeNothing) {
   ASSERT_EQ(one.cameras.size(), three.cameras.size());
   EXPECT_EQ(one.cameras, three.cameras);
   ASSERT_EQ(one.points.size(), three.points.size());
-  for (std::size_t i = 0; i < one.points.size(); ++i)
-    ASSERT_EQ(one.points[i].x_in_world, three.points[i].x_in_world);
+  for (std::size_t i = 0; i < one.points.size(); ++i) ASSERT_EQ(one.points[i].x_in_world, three.points[i].x_in_world);
 }
 
 struct Stopper : Monitor {

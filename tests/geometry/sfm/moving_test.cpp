@@ -79,8 +79,7 @@ TEST(StructureFromMotion, EstimatesTheFocalLength) {
 
 TEST(StructureFromMotion, FollowsForwardMotion) {
   const StockScene hall = corridor(small_clip());
-  const Clip clip =
-      film(hall, 14, [](int i, const Camera& source) { return moved(source, {0.01 * i, 0, 0.08 * i}); });
+  const Clip clip = film(hall, 14, [](int i, const Camera& source) { return moved(source, {0.01 * i, 0, 0.08 * i}); });
   const SfmResult result = solve(clip, with_lens(clip));
   ASSERT_EQ(result.motion, ClipMotion::moving) << result.brief();
   const TrajectoryError error = error_of(result, clip);
