@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "support/temp_folder.h"
 #include "uwv/eval/stock_scenes.h"
+#include "uwv/io/depth_source.h"
 #include "uwv/io/image_file.h"
+#include "uwv/io/npy.h"
 #include "uwv/pipeline/run.h"
 
 namespace uwv {
@@ -32,7 +35,9 @@ class EstimatedRun : public ::testing::Test {
     fs::create_directory(folder_.file("clip"));
     for (int i = 0; i < frames; ++i) {
       const Camera camera = orbit_camera(room.source, room.subject_in_world, i * step_deg * M_PI / 180);
-      write_png(folder_.file(fmt::format("clip/{:03}.png", i)), render(room.scene, camera, 0, pool, 2).colour);
+      const SyntheticFrame frame = render(room.scene, camera, 0, pool, 2);
+      write_png(folder_.file(fmt::format("clip/{:03}.png", i)), frame.colour);
+      depths_.push_back(frame.depth);
     }
     options_.video = folder_.file("clip");
     options_.out = folder_.file("out");
@@ -52,8 +57,27 @@ class EstimatedRun : public ::testing::Test {
     return "";
   }
 
+  /// Mean relative error of a run's estimated depth after one scale for the whole clip.
+  double depth_error() {
+    Monitor monitor;
+    const auto estimated = open_depth(options_.out + "/geometry/depth.npz", {}, monitor);
+    std::vector<double> ratios;
+    DepthMap depth;
+    for (std::size_t i = 0; i < depths_.size() && estimated->read(static_cast<long>(i), depth); ++i)
+      for (std::size_t p = 0; p < depth.pixels().size(); ++p)
+        if (depth.pixels()[p] > 0) ratios.push_back(depth.pixels()[p] / depths_[i].pixels()[p]);
+    EXPECT_GT(ratios.size(), depths_.size() * depths_[0].pixels().size() / 2);
+    std::vector<double> sorted = ratios;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    const double scale = sorted[sorted.size() / 2];
+    double sum = 0;
+    for (const double ratio : ratios) sum += std::abs(ratio / scale - 1);
+    return sum / static_cast<double>(ratios.size());
+  }
+
   test::TempFolder folder_;
   RunOptions options_;
+  std::vector<DepthMap> depths_;  ///< The truth.
 };
 
 TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
@@ -66,6 +90,7 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   EXPECT_EQ(first.stages[0].facts["frames"], 9);
   EXPECT_GT(first.stages[0].facts["multi_view_stereo"]["measured_share"], 0.3);
   EXPECT_GT(first.stages[1].facts["valid_share"], 0.5);
+  EXPECT_LT(depth_error(), 0.06);
   for (const char* file : {"depth.npz", "confidence.npz", "cameras.json", "geometry.json"})
     EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
 
@@ -103,6 +128,42 @@ TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {
   EXPECT_GT(summary.stages[1].facts["valid_share"], 0.3);
   options_.geometry = GeometryChoice::sfm;
   EXPECT_THAT(error_of_run(), HasSubstr("cannot be measured"));
+}
+
+TEST_F(EstimatedRun, BringsRelativeDepthToTheScaleOfTheCameras) {
+  film(9, 1.5);
+  std::vector<float> relative;
+  for (std::size_t i = 0; i < depths_.size(); ++i)  // another line in each frame, as networks deliver it
+    for (const float z : depths_[i].pixels()) relative.push_back((2.0F + 0.1F * static_cast<float>(i % 3)) / z + 0.3F);
+  write_npy<float>(
+      folder_.file("relative.npy"),
+      {depths_.size(), static_cast<std::size_t>(depths_[0].height()), static_cast<std::size_t>(depths_[0].width())},
+      relative);
+  options_.depth = folder_.file("relative.npy");
+  options_.depth_kind = DepthKind::relative_inverse;
+  Monitor monitor;
+  const RunSummary summary = run(options_, monitor);
+  EXPECT_EQ(summary.stages[0].facts["alignment"]["solved_frames"], 9) << summary.stages[0].facts.dump(1);
+  EXPECT_LT(depth_error(), 0.04) << "the relative depth was exact but for its lines";
+}
+
+TEST_F(EstimatedRun, TakesInverseDepthAsTold) {
+  film(2, 1.5);
+  std::vector<float> inverse;
+  for (const DepthMap& depth : depths_)
+    for (const float z : depth.pixels()) inverse.push_back(z > 0 ? 1 / z : 0);
+  write_npy<float>(
+      folder_.file("inverse.npy"),
+      {depths_.size(), static_cast<std::size_t>(depths_[0].height()), static_cast<std::size_t>(depths_[0].width())},
+      inverse);
+  options_.depth = folder_.file("inverse.npy");
+  options_.depth_kind = DepthKind::inverse;
+  options_.frames = 1;
+  Monitor monitor;
+  run(options_, monitor);
+  DepthMap depth;
+  ASSERT_TRUE(open_depth(options_.out + "/depth.npz", {}, monitor)->read(0, depth));
+  EXPECT_NEAR(depth(120, 68), depths_[0](120, 68), 1e-5 * depths_[0](120, 68)) << "the first frame is the source";
 }
 
 TEST_F(EstimatedRun, LeavesNothingBehindWhenStopped) {
