@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/hold_constant.h"
+
 namespace uwv::alignment {
 namespace {
 
@@ -166,7 +168,7 @@ bool solve_jointly(const std::vector<FrameFit>& fits, const AlignmentOptions& op
   ceres::Problem problem;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     problem.AddParameterBlock(unknown[i].data(), 2);
-    if (!shift) problem.SetManifold(unknown[i].data(), new ceres::SubsetManifold(2, {1}));
+    if (!shift) hold_constant(problem, unknown[i].data(), 2, {1});
     if (shares[i] > 0)
       problem.AddResidualBlock(new FrameCost(units.of(fits[i].moments), shares[i]), nullptr, unknown[i].data());
     if (i > 0)

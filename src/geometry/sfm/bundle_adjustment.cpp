@@ -9,6 +9,8 @@
 #include <limits>
 #include <map>
 
+#include "geometry/hold_constant.h"
+
 namespace uwv::sfm {
 namespace {
 
@@ -121,7 +123,7 @@ double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, 
   if (options.fix_translation)
     for (auto& [f, block] : cameras)
       if (f != frames.front() && problem.HasParameterBlock(block.data()))
-        problem.SetManifold(block.data(), new ceres::SubsetManifold(6, {3, 4, 5}));
+        hold_constant(problem, block.data(), 6, {3, 4, 5});
   if (options.refine_focal) {
     const double expected = std::log(options.focal_prior / reconstruction.lens.fx);
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<FocalPrior, 1, 1>(new FocalPrior{expected}), nullptr,
