@@ -87,7 +87,7 @@ class Estimation {
     result_.facts["structure_from_motion"] = facts_of(sfm_);
     if (!sfm_.cuts.empty())
       monitor_.warn(
-          fmt::format("{}: the picture cuts {} times, first at frame {}; the geometry is that of the longest "
+          fmt::format("{}: the picture cuts at {} place(s), first at frame {}; the geometry is that of the longest "
                       "shot: use --start and --max-frames to take one",
                       options_.video, sfm_.cuts.size(), sfm_.cuts.front()));
   }

@@ -185,8 +185,8 @@ class Job {
     const double limit = options_.max_error_px;
     if (!outcome.found || outcome.misfit > 0.7 * limit * limit)
       return indeterminate(fmt::format(
-          "tracks move, but no {} camera path explains them: {} beginnings tried, best residual {:.2f} of {:.2f} px",
-          options_.intrinsics ? "(with the given lens)" : "", outcome.tried, std::sqrt(outcome.misfit), limit));
+          "tracks move, but no camera path{} explains them: {} beginnings tried, best residual {:.2f} of {:.2f} px",
+          options_.intrinsics ? " through the given lens" : "", outcome.tried, std::sqrt(outcome.misfit), limit));
     const auto posed = static_cast<int>(outcome.reconstruction.registered().size());
     if (2 * posed < shot_.length())
       return indeterminate(fmt::format("only {} of {} frames could be placed", posed, shot_.length()));
