@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "pipeline/clip_foreground.h"
 #include "pipeline/fingerprint.h"
 #include "pipeline/geometry_estimation.h"
 #include "pipeline/geometry_folder.h"
@@ -55,13 +56,15 @@ std::vector<DepthMap> read_relative(const RunOptions& options, Size size, std::s
 std::string geometry_key(const RunOptions& options, const ordered_json& inputs) {
   ordered_json clip = to_json(options, OptionScope::clip), files = inputs;
   clip.erase("video");
-  for (const char* name : {"depth_kind", "depth_scale", "depth_key"}) clip[name] = to_json(options)[name];
+  for (const char* name : {"depth_kind", "depth_scale", "depth_key", "layers"}) clip[name] = to_json(options)[name];
   for (auto& [name, identity] : files.items()) identity.erase("path");
+  const std::string saliency = saliency_model_file(options.saliency_model);
   const ordered_json all = {{"stage", geometry_folder_name},
                             {"versions", component_versions()},
                             {"build", build_id()},
                             {"clip", clip},
                             {"options", to_json(options, OptionScope::geometry)},
+                            {"saliency", saliency.empty() ? "contrast" : input_identity(saliency)["sha256"]},
                             {"inputs", files}};
   return sha256(all.dump());
 }

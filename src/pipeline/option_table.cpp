@@ -173,6 +173,7 @@ OptionScope scope_of(std::string_view name, OptionScope of_group) {
   static constexpr std::pair<std::string_view, OptionScope> others[] = {{"out", nothing},
                                                                         {"threads", nothing},
                                                                         {"overwrite", nothing},
+                                                                        {"layers", conditioning},
                                                                         {"complete", completion},
                                                                         {"ply", presentation},
                                                                         {"contact_sheet", presentation},

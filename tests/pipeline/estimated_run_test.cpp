@@ -130,6 +130,17 @@ TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {
   EXPECT_THAT(error_of_run(), HasSubstr("cannot be measured"));
 }
 
+TEST_F(EstimatedRun, DrawsAnewWhenLayersAreTurnedOff) {
+  film(3, 0);
+  Monitor monitor;
+  run(options_, monitor);
+  options_.depth = options_.out + "/geometry";
+  options_.out = folder_.file("second");
+  run(options_, monitor);
+  options_.layers = false;
+  EXPECT_EQ(run(options_, monitor).stages[1].status, StageSummary::Status::done);
+}
+
 TEST_F(EstimatedRun, BringsRelativeDepthToTheScaleOfTheCameras) {
   film(9, 1.5);
   std::vector<float> relative;
