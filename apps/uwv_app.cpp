@@ -21,6 +21,14 @@ constexpr const char* more_examples =
     "  uwv_app --options result/run.json --kernel nearest --out faster\n"
     "docs/usage.md explains each of them.";
 
+uwv::RunComponents components() {
+  uwv::RunComponents all;
+#ifdef UWV_APP_WITH_MODEL
+  all.open_depth_network = uwv::open_depth_network;
+#endif
+  return all;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -58,8 +66,9 @@ int main(int argc, char** argv) {
     else if (look_command.parsed())
       fmt::print("{}\n", look(look_flags.options(), monitor).brief());
     else
-      fmt::print("{}", run(run_flags.options(), monitor, [](const SceneLook& look) {
-                         fmt::print("scene: {}\n", look.brief());
-                       }).report());
+      fmt::print("{}", run(
+                           run_flags.options(), monitor,
+                           [](const SceneLook& look) { fmt::print("scene: {}\n", look.brief()); }, components())
+                           .report());
   });
 }

@@ -161,6 +161,7 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& 
                                                                          {"foreground", o.foreground},
                                                                          {"normals", o.normals},
                                                                          {"saliency_model", o.saliency_model},
+                                                                         {"depth_model", o.depth_model},
                                                                          {"eval_reference", o.eval_reference},
                                                                          {"eval_cameras", o.eval_cameras}})
     if (!path.empty()) inputs.emplace_back(name, path);
