@@ -5,6 +5,7 @@
 #include "support/command_line.h"
 #include "support/doctor.h"
 #include "support/terminal_monitor.h"
+#include "uwv/model/foreground_network.h"
 #include "uwv/pipeline/compare.h"
 #include "uwv/pipeline/environment.h"
 #include "uwv/pipeline/run.h"
@@ -25,6 +26,8 @@ uwv::RunComponents components() {
   uwv::RunComponents all;
 #ifdef UWV_APP_WITH_MODEL
   all.open_depth_network = uwv::open_depth_network;
+  all.open_foreground_network = [](const std::string& folder) { return uwv::open_foreground_network(folder); };
+  all.open_foreground_tracker = [](const std::string& folder) { return uwv::open_foreground_tracker(folder); };
 #endif
   return all;
 }

@@ -41,8 +41,9 @@ std::string doctor_report() {
         probe.usable ? fmt::format("yes: {}, OpenGL {}", probe.renderer, probe.version) : "no: " + probe.reason);
   text += fmt::format("  {:<14} {}\n", "auto takes", has_gpu() ? "gl" : "cpu (no GPU: OpenGL would only be emulated)");
 
-  text += fmt::format("networks\n  {:<14} {}\n", "depth networks",
-                      has_networks ? "yes (--depth-model)" : "no: built without libtorch, which scripts/setup fetches");
+  text += fmt::format("networks\n  {:<14} {}\n", "TorchScript",
+                      has_networks ? "yes (--depth-model, --saliency-model DIR, --segmenter)"
+                                   : "no: built without libtorch, which scripts/setup fetches");
 
   text += "video\n";
   for (const Capability& encoder : encoders())

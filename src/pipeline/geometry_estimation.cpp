@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/clip_foreground.h"
 #include "pipeline/network_geometry.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
@@ -59,6 +58,7 @@ class Estimation {
         frames_(clip.frames),
         relative_(clip.relative),
         known_(clip.known),
+        foreground_networks_(clip.foreground_networks),
         pool_(pool),
         monitor_(monitor) {
     if (clip.network != nullptr) network_.emplace(*clip.network, frames_, pool_, monitor_);
@@ -203,7 +203,7 @@ class Estimation {
 
   void lay_prior() {
     const StageClock clock;
-    ClipForeground foreground = find_clip_foreground(options_, frames_, pool_, monitor_);
+    ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
     result_.facts["foreground"] = foreground.note;
     PlanarPriorOptions prior_options;
     prior_options.locked_off = sfm_.motion == ClipMotion::still;
@@ -304,7 +304,7 @@ class Estimation {
     if (network_->needs_reference()) {  // the prior's layers are there already
       if (result_.background.colour.empty()) return;
     } else {
-      ClipForeground foreground = find_clip_foreground(options_, frames_, pool_, monitor_);
+      ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
       result_.facts["foreground"] = foreground.note;
       result_.foreground = std::move(foreground.masks);
       if (!wants_background(result_.foreground)) return;
@@ -330,6 +330,7 @@ class Estimation {
   std::span<const ImageRgb> frames_;
   std::span<const DepthMap> relative_;
   std::optional<Intrinsics> known_;
+  const ForegroundNetworks& foreground_networks_;
   ThreadPool& pool_;
   Monitor& monitor_;
   std::optional<NetworkGeometry> network_;

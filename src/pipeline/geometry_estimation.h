@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/clip_foreground.h"
 #include "uwv/core/thread_pool.h"
 #include "uwv/geometry/layers.h"
 #include "uwv/geometry/scene_geometry.h"
@@ -34,6 +35,7 @@ struct ClipToEstimate {
   std::span<const DepthMap> relative;  ///< Empty, or one a frame of what options.depth_kind says.
   std::optional<Intrinsics> known;     ///< For the working size.
   DepthNetwork* network = nullptr;     ///< What options.depth_model names.
+  const ForegroundNetworks& foreground_networks;
 };
 
 /// Relative depth is brought to the scale of the estimate. Throws Error(value_invalid) when a provider was asked for

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/pipeline/run.h"
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -225,18 +226,25 @@ GeometryOfRun given_geometry(const RunOptions& options) {
 
 /// Before anything is read: a run that cannot end well should not begin.
 void check_components(const RunOptions& options, const RunComponents& components) {
-  if (!options.depth_model.empty() && !components.open_depth_network)
-    fail(ErrorCode::backend_missing,
-         "{}: this program was built without depth networks; run scripts/setup without --no-torch and build again, or "
-         "leave --depth-model out",
-         options.depth_model);
+  const auto need = [](const std::string& folder, bool is_there, const char* flag) {
+    if (!folder.empty() && !is_there)
+      fail(ErrorCode::backend_missing,
+           "{}: this program was built without TorchScript networks; run scripts/setup without --no-torch and build "
+           "again, or leave {} out",
+           folder, flag);
+  };
+  need(options.depth_model, static_cast<bool>(components.open_depth_network), "--depth-model");
+  need(options.segmenter, static_cast<bool>(components.open_foreground_tracker), "--segmenter");
+  need(std::filesystem::is_directory(options.saliency_model) ? options.saliency_model : "",
+       static_cast<bool>(components.open_foreground_network), "--saliency-model");
 }
 
 GeometryOfRun estimated_geometry(const RunOptions& options, const RunComponents& components, OutputFolder& folder,
                                  Monitor& monitor) {
   ordered_json inputs = identities(options);
   for (const auto& [name, path] : named_inputs(options))
-    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model" && name != "depth_model")
+    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model" &&
+        name != "depth_model" && name != "segmenter")
       inputs.erase(name);
   GeometryOfRun geometry;
   geometry.key = geometry_key(options, inputs);

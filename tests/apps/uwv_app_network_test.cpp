@@ -85,7 +85,7 @@ TEST_F(UwvAppWithNetwork, RefusesAnswersOfAnotherSignature) {
 }
 
 TEST_F(UwvAppWithNetwork, IsNamedByTheDoctor) {
-  EXPECT_THAT(run_app(folder_.path().string(), {"doctor"}).out, HasSubstr("depth networks"));
+  EXPECT_THAT(run_app(folder_.path().string(), {"doctor"}).out, HasSubstr("--depth-model"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "pipeline/filmed_room.h"
 #include "uwv/io/cameras_file.h"
+#include "uwv/io/frame_source.h"
 #include "uwv/io/npy.h"
 
 namespace uwv {
@@ -179,6 +180,50 @@ TEST_F(NetworkRun, PassesNormalsOn) {
   EXPECT_NEAR(values[4], 0.6F, 1e-3);
 }
 
+/// Says that the middle third of every picture is the foreground, and follows it two pixels to the right a frame.
+class MiddleFinder : public ForegroundFinder {
+ public:
+  Image<float> find(const ImageRgb& picture) override {
+    Image<float> probability(picture.size());
+    for (int y = 0; y < picture.height(); ++y)
+      for (int x = picture.width() / 3; x < 2 * picture.width() / 3; ++x) probability(x, y) = 0.9F;
+    return probability;
+  }
+  std::string name() const override { return "the middle"; }
+};
+class MiddleTracker : public ForegroundTracker {
+ public:
+  std::vector<ForegroundMask> follow(std::span<const ImageRgb> frames, std::span<const PixelIndex> prompts,
+                                     Monitor&) override {
+    EXPECT_GE(prompts.size(), 10U);
+    std::vector<ForegroundMask> masks;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      ForegroundMask& mask = masks.emplace_back(frames[i].size());
+      for (int y = 20; y < 120; ++y)
+        for (int x = 80; x < 160; ++x) mask(x + 2 * static_cast<int>(i), y) = 1;
+    }
+    return masks;
+  }
+  std::string name() const override { return "shifting"; }
+};
+
+TEST_F(NetworkRun, FollowsTheForegroundByASegmenter) {
+  film(3, 0);
+  RunComponents components;
+  components.open_foreground_network = [](const std::string&) { return std::make_unique<MiddleFinder>(); };
+  components.open_foreground_tracker = [](const std::string&) { return std::make_unique<MiddleTracker>(); };
+  options_.saliency_model = options_.segmenter = folder_.file("clip");  // any folder: nothing of it is read
+  const RunSummary summary = run(options_, monitor_, {}, components);
+  EXPECT_THAT(facts_of(summary)["foreground"].get<std::string>(), HasSubstr("the middle"));
+  EXPECT_THAT(facts_of(summary)["foreground"].get<std::string>(), HasSubstr("followed by shifting"));
+  const auto masks = open_clip(options_.out + "/geometry/foreground_mask.mp4",
+                               {.resize = {.mode = ResizePolicy::Mode::none}}, monitor_);
+  ImageRgb mask;
+  ASSERT_TRUE(masks->read(2, mask));
+  EXPECT_GT(mask(160, 60).r, 200);
+  EXPECT_LT(mask(78, 60).r, 50) << "it has moved on";
+}
+
 TEST_F(NetworkRun, OpensNoNetworkForWhatIsThereAlready) {
   film(2, 0);
   options_.layers = false;
@@ -192,7 +237,7 @@ TEST_F(NetworkRun, OpensNoNetworkForWhatIsThereAlready) {
 TEST_F(NetworkRun, SaysWhatIsMissing) {
   film(2, 0);
   options_.depth_model = folder_.file("clip");
-  EXPECT_THAT(error_of_run(), HasSubstr("built without depth networks"));
+  EXPECT_THAT(error_of_run(), HasSubstr("built without TorchScript networks"));
   options_.depth_model = folder_.file("nowhere");
   EXPECT_THAT(error_of_run(), HasSubstr("nowhere"));
   EXPECT_FALSE(std::filesystem::exists(options_.out));

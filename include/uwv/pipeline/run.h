@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "uwv/core/monitor.h"
+#include "uwv/geometry/layers.h"
 #include "uwv/model/depth_network.h"
 #include "uwv/pipeline/run_options.h"
 #include "uwv/pipeline/scene_look.h"
@@ -58,6 +59,10 @@ using LookListener = std::function<void(const SceneLook&)>;
 struct RunComponents {
   /// uwv::model's open_depth_network. Empty: --depth-model is refused.
   std::function<std::unique_ptr<DepthNetwork>(const std::string& folder)> open_depth_network;
+  /// uwv::model's open_foreground_network and open_foreground_tracker. Empty: a folder as --saliency-model, and
+  /// --segmenter, are refused.
+  std::function<std::unique_ptr<ForegroundFinder>(const std::string& folder)> open_foreground_network;
+  std::function<std::unique_ptr<ForegroundTracker>(const std::string& folder)> open_foreground_tracker;
 };
 
 /// Does the job. Warnings and progress go to `monitor`, from the calling thread. Throws std::invalid_argument when

@@ -94,8 +94,10 @@ struct RunOptions {
   GeometryChoice geometry = GeometryChoice::automatic;
   std::string depth_model;  ///< Folder of a depth network (docs/depth-models.md).
   bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
-  std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
-                               ///< it a contrast method does.
+  std::string saliency_model;  ///< What finds the first frame's foreground: u2netp.onnx, or the folder of a TorchScript
+                               ///< network (docs/depth-models.md). Empty: u2netp.onnx where scripts/setup puts it;
+                               ///< without it a contrast method.
+  std::string segmenter;       ///< Folder of a TorchScript network that follows it through the clip. Empty: flow does.
   int max_features = SfmOptions{}.max_features;
   double min_parallax_px = SfmOptions{}.min_parallax_px;
   int mvs_neighbours = MvsOptions{}.neighbours;
