@@ -216,8 +216,9 @@ TEST_F(NetworkRun, FollowsTheForegroundByASegmenter) {
   const RunSummary summary = run(options_, monitor_, {}, components);
   EXPECT_THAT(facts_of(summary)["foreground"].get<std::string>(), HasSubstr("the middle"));
   EXPECT_THAT(facts_of(summary)["foreground"].get<std::string>(), HasSubstr("followed by shifting"));
-  const auto masks = open_clip(options_.out + "/geometry/foreground_mask.mp4",
-                               {.resize = {.mode = ResizePolicy::Mode::none}}, monitor_);
+  ClipOptions as_is;
+  as_is.resize.mode = ResizePolicy::Mode::none;
+  const auto masks = open_clip(options_.out + "/geometry/foreground_mask.mp4", as_is, monitor_);
   ImageRgb mask;
   ASSERT_TRUE(masks->read(2, mask));
   EXPECT_GT(mask(160, 60).r, 200);
