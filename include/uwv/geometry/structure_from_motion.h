@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras and sparse points of an ordinary clip, from its pictures alone.
 //
-// Features are tracked from frame to frame, two frames with parallax start the reconstruction, the others are resected
-// into it, and a bundle adjustment (Ceres) ends it. What a clip cannot tell (a camera that only turns, stands still, or
-// sees one plane; a cut) is recognised and named: the result's `motion` and `reason` say so, and no camera is invented.
+// Features are tracked from frame to frame. Pairs of frames with parallax begin small reconstructions; the one that fits
+// best grows over the key frames, is adjusted (Ceres), and the frames between are resected into it. What a clip cannot
+// tell (a camera that only turns, stands still, or sees one plane; a cut) is recognised and named: the result's `motion`
+// and `reason` say so, and no camera is invented.
 // The scale is arbitrary: the median depth of the points seen from the first camera is 1. The world is the first
 // registered camera's frame, so that where the scene lies in any other world, however far from its origin, plays no
 // part.
 //
 // Lucas & Kanade 1981 (tracks), Nister 2004 (two views), Schoenberger & Frahm 2016 (growing), Triggs et al. 1999
-// (adjustment). Without given intrinsics several focal lengths are tried and the best one is refined; a scene that is
-// one plane says next to nothing about the lens, and the result is then as good as that guess.
+// (adjustment). Without given intrinsics several focal lengths are tried on the beginnings and the best one is refined;
+// a scene that is one plane says next to nothing about the lens, and the result is then as good as that guess.
 #pragma once
 
 #include <Eigen/Core>

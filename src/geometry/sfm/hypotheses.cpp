@@ -2,9 +2,50 @@
 #include "geometry/sfm/hypotheses.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace uwv::sfm {
+namespace {
+
+constexpr std::size_t pairs_tried = 3;
+constexpr std::size_t frames_tried = 8;  // key frames a beginning is judged by
+constexpr std::size_t carried = 3;       // beginnings that may grow over all key frames
+constexpr double convincing = 0.15;      // of the squared error limit: nothing better is to be expected
+
+/// Some key frames in and around the pair, both of it among them, ascending.
+std::vector<int> frames_around(std::span<const int> keyframes, const FramePair& pair) {
+  const auto place = [&](int frame) {
+    return static_cast<double>(std::lower_bound(keyframes.begin(), keyframes.end(), frame) - keyframes.begin());
+  };
+  const double a = place(pair.a), b = place(pair.b), last = static_cast<double>(keyframes.size()) - 1;
+  const double width = std::min(last, std::max(1.5 * (b - a), frames_tried - 1.0));
+  const double from = std::clamp((a + b - width) / 2, 0.0, last - width);
+  std::vector<int> out{pair.a, pair.b};
+  for (std::size_t i = 0; i < frames_tried; ++i) {
+    const double at = from + width * static_cast<double>(i) / (frames_tried - 1);
+    out.push_back(keyframes[static_cast<std::size_t>(std::lround(at))]);
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+std::vector<Trial> try_pair(const std::vector<Track>& few, const Exploration& exploration, std::size_t guess,
+                            const FramePair& pair) {
+  const auto& [lens, options] = exploration.guesses[guess];
+  const std::vector<int> around = frames_around(exploration.keyframes, pair);
+  std::vector<Trial> out;
+  for (const TwoViewStart& start : starts_of(few, pair, lens, options.max_error_px)) {
+    Trial trial{guess, start.from_plane, begin(few, exploration.frames, lens, start, options), 0};
+    grow(trial.reconstruction, few, around, options);
+    trial.misfit = misfit(trial.reconstruction, few, around, options.max_error_px);
+    out.push_back(std::move(trial));
+  }
+  return out;
+}
+
+}  // namespace
 
 std::vector<Track> thinned(const std::vector<Track>& tracks, std::span<const int> frames, int per_frame) {
   const auto views = [&](const Track& track) {
@@ -28,40 +69,49 @@ std::vector<Track> thinned(const std::vector<Track>& tracks, std::span<const int
   return out;
 }
 
-Outcome reconstruct(const std::vector<Track>& tracks, int frames, std::span<const int> keyframes,
-                    std::span<const FramePair> pairs, const Exploration& exploration, Monitor& monitor) {
-  const std::vector<Track> few = thinned(tracks, keyframes, 200);
-  const double limit = exploration.grow.max_error_px;
-  const bool known = exploration.lenses.size() == 1;
-  const std::size_t pairs_tried = known ? 4 : 2;
-  Outcome best;
-  Intrinsics best_lens;
-  best.misfit = limit * limit;
-  for (const Intrinsics& lens : exploration.lenses) {
-    const std::vector<FramePair> ranked = rank_pairs(few, pairs, lens, exploration.size);
-    for (std::size_t p = 0; p < std::min(pairs_tried, ranked.size()); ++p) {
-      for (const TwoViewStart& start : starts_of(few, ranked[p], lens, limit)) {
-        monitor.step("cameras", best.tried++, 0);
-        const Reconstruction trial = grow(few, frames, keyframes, lens, start, exploration.grow);
-        const double error = misfit(trial, few, keyframes, limit);
-        if (error >= best.misfit) continue;
-        best.misfit = error;
-        best.found = true;
-        best.from_plane = start.from_plane;
-        best_lens = trial.lens;
-        best.reconstruction.cam_from_world = trial.cam_from_world;
-      }
-      if (known && best.misfit < 0.15 * limit * limit) break;  // nothing better is to be expected
-    }
+std::vector<Trial> try_beginnings(const std::vector<Track>& few, const Exploration& exploration, ThreadPool& pool,
+                                  Monitor& monitor) {
+  // One ranking for all lenses: their trials can then be compared pair by pair.
+  std::vector<FramePair> ranked =
+      rank_pairs(few, exploration.pairs, exploration.guesses.front().lens, exploration.size);
+  ranked.resize(std::min(pairs_tried, ranked.size()));
+  const std::size_t jobs = exploration.guesses.size() * ranked.size();
+  std::vector<std::vector<Trial>> tried(jobs);
+  const auto batch = static_cast<std::size_t>(pool.size());
+  for (std::size_t done = 0; done < jobs; done += batch) {
+    monitor.step("cameras", static_cast<long>(done), static_cast<long>(jobs));
+    pool.run(static_cast<int>(std::min(batch, jobs - done)), [&](int part) {
+      const std::size_t job = done + static_cast<std::size_t>(part);
+      tried[job] = try_pair(few, exploration, job / ranked.size(), ranked[job % ranked.size()]);
+    });
   }
-  if (!best.found) return best;
-  // The cameras found on few tracks carry over; only the points are new.
-  Reconstruction& out = best.reconstruction;
-  out.lens = best_lens;
-  out.points.assign(tracks.size(), std::nullopt);
-  monitor.step("bundle adjustment", 0, 1);
-  finish(out, tracks, exploration.grow);
-  monitor.step("bundle adjustment", 1, 1);
+  std::vector<Trial> out;
+  for (std::vector<Trial>& of_job : tried)
+    for (Trial& trial : of_job) out.push_back(std::move(trial));
+  std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.misfit < b.misfit; });
+  return out;
+}
+
+Outcome carry_on(const std::vector<Track>& few, const Exploration& exploration, std::vector<Trial> trials,
+                 Monitor& monitor) {
+  Outcome best;
+  best.tried = static_cast<int>(trials.size());
+  trials.resize(std::min(carried, trials.size()));
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    Trial& trial = trials[i];
+    monitor.step("cameras", static_cast<long>(i), static_cast<long>(trials.size()));
+    const GrowOptions& options = exploration.guesses[trial.guess].grow;
+    const double limit = options.max_error_px;
+    grow(trial.reconstruction, few, exploration.keyframes, options);
+    const double error = misfit(trial.reconstruction, few, exploration.keyframes, limit);
+    if (error >= (best.found ? best.misfit : limit * limit)) continue;
+    best.misfit = error;
+    best.found = true;
+    best.from_plane = trial.from_plane;
+    best.reconstruction = std::move(trial.reconstruction);
+    if (error < convincing * limit * limit) break;
+  }
+  best.reconstruction.points.clear();
   return best;
 }
 

@@ -10,6 +10,7 @@
 #include "geometry/sfm/feature_tracking.h"
 #include "geometry/sfm/hypotheses.h"
 #include "geometry/sfm/motion_kind.h"
+#include "geometry/sfm/resection.h"
 #include "geometry/sfm/result.h"
 #include "geometry/sfm/triangulation.h"
 #include "geometry/sfm/turning.h"
@@ -21,6 +22,8 @@ using namespace sfm;
 
 constexpr int least_matches = 20;        // fewer say nothing reliable about two frames
 constexpr int adjusted_per_frame = 300;  // long tracks; more raise the time of adjustment, hardly its accuracy
+constexpr int tried_per_frame = 200;     // the same while beginnings are compared
+constexpr int adjusted_frames = 24;      // at least; the others are placed by the adjusted points, as precisely
 constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
 constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains all but noise
 constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
@@ -82,7 +85,7 @@ std::vector<int> keyframes_of(const std::vector<Track>& tracks, int frames, Size
 class Job {
  public:
   Job(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool, Monitor& monitor)
-      : options_(options), monitor_(monitor), full_(frames.front().size()) {
+      : options_(options), pool_(pool), monitor_(monitor), full_(frames.front().size()) {
     clip_ = track_features(frames, options, pool, monitor);
     shot_ = longest_shot(clip_);
     tracks_ = tracks_of_shot(clip_, shot_.begin, shot_.end);
@@ -165,18 +168,44 @@ class Job {
   }
 
   Outcome explore(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) {
+    const std::vector<Track> few = thinned(tracks_, keyframes, tried_per_frame);
     Exploration exploration;
-    exploration.lenses = candidate_lenses(options_, full_, clip_.size, {60, 40, 85, 110, 25});
-    exploration.grow = grow_options(lens_of_fov(assumed_fov_degrees, clip_.size));
+    for (const Intrinsics& lens : candidate_lenses(options_, full_, clip_.size, {60, 40, 85, 110, 25}))
+      exploration.guesses.push_back({lens, grow_options(lens_of_fov(assumed_fov_degrees, clip_.size))});
+    exploration.keyframes = keyframes;
+    exploration.pairs = pairs;
     exploration.size = clip_.size;
-    return reconstruct(used_, shot_.length(), keyframes, pairs, exploration, monitor_);
+    exploration.frames = shot_.length();
+    Outcome outcome = carry_on(few, exploration, try_beginnings(few, exploration, pool_, monitor_), monitor_);
+    if (outcome.found) adjust_all(outcome.reconstruction);
+    return outcome;
+  }
+
+  /// The cameras found on few tracks carry over; the points are new, and so are some frames between.
+  void adjust_all(Reconstruction& reconstruction) {
+    monitor_.step("bundle adjustment", 0, 2);
+    const GrowOptions options = grow_options(lens_of_fov(assumed_fov_degrees, clip_.size));
+    reconstruction.points.assign(used_.size(), std::nullopt);
+    triangulate_all(reconstruction, used_, options.max_error_px, min_ray_angle);
+    const auto wanted = std::min(adjusted_frames, shot_.length());
+    for (int i = 0; i < wanted; ++i) {
+      const int frame = wanted > 1 ? i * (shot_.length() - 1) / (wanted - 1) : 0;
+      if (!reconstruction.cam_from_world[static_cast<std::size_t>(frame)])
+        resect(reconstruction, used_, frame, options.max_error_px);
+    }
+    monitor_.step("bundle adjustment", 1, 2);
+    settle(reconstruction, used_, options);
+    monitor_.step("bundle adjustment", 2, 2);
   }
 
   Placement placement() const { return {shot_.begin, clip_.frames, full_, clip_.size}; }
 
-  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted.
-  Reconstruction with_all_points(Reconstruction reconstruction) const {
+  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted, and from
+  /// these a pose for the frames that were not.
+  Reconstruction completed(Reconstruction reconstruction) const {
     reconstruction.points.assign(tracks_.size(), std::nullopt);
+    triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
+    place_others(reconstruction, tracks_, options_.max_error_px, pool_);
     triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
     return reconstruction;
   }
@@ -187,13 +216,13 @@ class Job {
       return indeterminate(fmt::format(
           "tracks move, but no camera path{} explains them: {} beginnings tried, best residual {:.2f} of {:.2f} px",
           options_.intrinsics ? " through the given lens" : "", outcome.tried, std::sqrt(outcome.misfit), limit));
-    const auto posed = static_cast<int>(outcome.reconstruction.registered().size());
+    const Reconstruction all = completed(outcome.reconstruction);
+    const auto posed = static_cast<int>(all.registered().size());
     if (2 * posed < shot_.length())
       return indeterminate(fmt::format("only {} of {} frames could be placed", posed, shot_.length()));
     result_.motion = ClipMotion::moving;
     result_.focal_estimated = !options_.intrinsics;
-    fill_cameras(result_, outcome.reconstruction, placement());
-    const Reconstruction all = with_all_points(outcome.reconstruction);
+    fill_cameras(result_, all, placement());
     fill_errors(result_, all, tracks_, limit, scale());
     fill_points(result_, all, tracks_, limit, placement());
     result_.reason =
@@ -204,6 +233,7 @@ class Job {
   }
 
   const SfmOptions& options_;
+  ThreadPool& pool_;
   Monitor& monitor_;
   Size full_;
   TrackedClip clip_;
