@@ -19,11 +19,10 @@ using Block = std::array<double, 6>;  // camera: angle-axis and translation of c
 
 /// What all observations of one camera share, worked out once per step of the solver.
 struct CameraTerms {
-  Block block;
   Eigen::Matrix3d rotation;
   Eigen::Matrix3d turn_by_axis;  // d(small rotation on the left) / d(angle-axis)
 
-  void update() {
+  void update(const Block& block) {
     const Eigen::Vector3d turn(block[0], block[1], block[2]);
     const double angle = turn.norm();
     ceres::AngleAxisToRotationMatrix(block.data(), rotation.data());
@@ -45,13 +44,16 @@ struct CameraTerms {
 /// The cameras of one adjustment and their zoom, a factor on the lens's fx and fy given by its logarithm.
 struct Terms : ceres::EvaluationCallback {
   Intrinsics lens;
-  double log_zoom = 0, zoom = 1;
+  double zoom = 1;
   std::vector<CameraTerms> cameras;
+  std::vector<Block> blocks;  // one per camera, then the zoom's: the solver orders them by address
+
+  double* log_zoom() { return blocks.back().data(); }
 
   void PrepareForEvaluation(bool, bool moved) override {
     if (!moved) return;
-    zoom = std::exp(log_zoom);
-    for (CameraTerms& camera : cameras) camera.update();
+    zoom = std::exp(*log_zoom());
+    for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].update(blocks[i]);
   }
 };
 
@@ -132,20 +134,20 @@ class Adjustment {
   Adjustment(const Intrinsics& lens, std::size_t cameras) : problem_(options_of(terms_)) {
     terms_.lens = lens;
     terms_.cameras.resize(cameras);
+    terms_.blocks.assign(cameras + 1, Block{});
   }
 
-  double* block(std::size_t camera) { return terms_.cameras[camera].block.data(); }
-  double* log_zoom() { return &terms_.log_zoom; }
+  double* block(std::size_t camera) { return terms_.blocks[camera].data(); }
+  double* log_zoom() { return terms_.log_zoom(); }
   ceres::Problem& problem() { return problem_; }
-  void set_pose(std::size_t camera, const Rigid3& pose) { terms_.cameras[camera].block = block_of(pose); }
-  Rigid3 pose(std::size_t camera) const { return pose_of(terms_.cameras[camera].block); }
-  double zoom() const { return std::exp(terms_.log_zoom); }
+  void set_pose(std::size_t camera, const Rigid3& pose) { terms_.blocks[camera] = block_of(pose); }
+  Rigid3 pose(std::size_t camera) const { return pose_of(terms_.blocks[camera]); }
+  double zoom() const { return std::exp(terms_.blocks.back()[0]); }
   int observations() const { return static_cast<int>(costs_.size()); }
 
   void observe(std::size_t camera, double* point, const Eigen::Vector2d& pixel) {
-    CameraTerms& terms = terms_.cameras[camera];
-    costs_.emplace_back(terms_, terms, pixel);
-    problem_.AddResidualBlock(&costs_.back(), &loss_, terms.block.data(), point, &terms_.log_zoom);
+    costs_.emplace_back(terms_, terms_.cameras[camera], pixel);
+    problem_.AddResidualBlock(&costs_.back(), &loss_, block(camera), point, log_zoom());
   }
   void move_point(double* point, bool moves) {
     if (!moves) problem_.SetParameterBlockConstant(point);
@@ -153,7 +155,7 @@ class Adjustment {
   }
   void expect_focal(double focal) {
     prior_.emplace(std::log(focal / terms_.lens.fx));
-    problem_.AddResidualBlock(&*prior_, nullptr, &terms_.log_zoom);
+    problem_.AddResidualBlock(&*prior_, nullptr, log_zoom());
   }
 
   /// Root mean square error of the observations.
@@ -162,12 +164,12 @@ class Adjustment {
     options.linear_solver_type = ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (double* point : points_) options.linear_solver_ordering->AddElementToGroup(point, 0);
-    for (CameraTerms& camera : terms_.cameras)
-      if (problem_.HasParameterBlock(camera.block.data()))
-        options.linear_solver_ordering->AddElementToGroup(camera.block.data(), 1);
-    options.linear_solver_ordering->AddElementToGroup(&terms_.log_zoom, 1);
+    for (Block& block : terms_.blocks)
+      if (problem_.HasParameterBlock(block.data())) options.linear_solver_ordering->AddElementToGroup(block.data(), 1);
     options.max_num_iterations = iterations;
     options.function_tolerance = tolerance;
+    // The free scale has no curvature of its own: what damping leaves it with must stay above rounding.
+    options.max_trust_region_radius = 1e8;
     options.num_threads = 1;  // sums of several threads would depend on their number
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;

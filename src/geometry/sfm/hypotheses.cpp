@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t pairs_tried = 3;
 constexpr std::size_t frames_tried = 8;  // key frames a beginning is judged by
-constexpr std::size_t carried = 3;       // beginnings that may grow over all key frames
+constexpr std::size_t most_carried = 3;  // beginnings that may grow over all key frames
 constexpr double convincing = 0.15;      // of the squared error limit: nothing better is to be expected
 
 /// Some key frames in and around the pair, both of it among them, ascending.
@@ -31,15 +31,36 @@ std::vector<int> frames_around(std::span<const int> keyframes, const FramePair& 
   return out;
 }
 
+/// 1 for the expected focal length, 1.05 for one that is 0.5 off in its logarithm.
+double unlikelihood(const Intrinsics& lens, const GrowOptions& options) {
+  if (!options.refine_focal) return 1;
+  const double off = std::log(lens.fx / options.focal_prior) / 0.5;
+  return 1 + 0.05 * off * off;
+}
+
+/// Whether beginnings with different lenses ended with the same one, as well as any. `trials`: best first.
+bool lens_is_settled(const std::vector<Trial>& trials, const Exploration& exploration) {
+  const Trial* best = nullptr;
+  for (const Trial& trial : trials) {
+    if (!exploration.guesses[trial.guess].grow.refine_focal) continue;
+    if (best == nullptr) best = &trial;
+    if (trial.score > 1.1 * best->score) return false;
+    const double ratio = trial.reconstruction.lens.fx / best->reconstruction.lens.fx;
+    if (trial.guess != best->guess && std::abs(std::log(ratio)) < 0.03) return true;
+  }
+  return false;
+}
+
 std::vector<Trial> try_pair(const std::vector<Track>& few, const Exploration& exploration, std::size_t guess,
                             const FramePair& pair) {
   const auto& [lens, options] = exploration.guesses[guess];
   const std::vector<int> around = frames_around(exploration.keyframes, pair);
   std::vector<Trial> out;
   for (const TwoViewStart& start : starts_of(few, pair, lens, options.max_error_px)) {
-    Trial trial{guess, start.from_plane, begin(few, exploration.frames, lens, start, options), 0};
+    Trial trial{guess, start.from_plane, begin(few, exploration.frames, lens, start, options)};
     grow(trial.reconstruction, few, around, options);
     trial.misfit = misfit(trial.reconstruction, few, around, options.max_error_px);
+    trial.score = trial.misfit * unlikelihood(trial.reconstruction.lens, options);
     out.push_back(std::move(trial));
   }
   return out;
@@ -76,40 +97,50 @@ std::vector<Trial> try_beginnings(const std::vector<Track>& few, const Explorati
       rank_pairs(few, exploration.pairs, exploration.guesses.front().lens, exploration.size);
   ranked.resize(std::min(pairs_tried, ranked.size()));
   const std::size_t jobs = exploration.guesses.size() * ranked.size();
-  std::vector<std::vector<Trial>> tried(jobs);
   const auto batch = static_cast<std::size_t>(pool.size());
-  for (std::size_t done = 0; done < jobs; done += batch) {
-    monitor.step("cameras", static_cast<long>(done), static_cast<long>(jobs));
-    pool.run(static_cast<int>(std::min(batch, jobs - done)), [&](int part) {
-      const std::size_t job = done + static_cast<std::size_t>(part);
-      tried[job] = try_pair(few, exploration, job / ranked.size(), ranked[job % ranked.size()]);
-    });
-  }
   std::vector<Trial> out;
-  for (std::vector<Trial>& of_job : tried)
-    for (Trial& trial : of_job) out.push_back(std::move(trial));
-  std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.misfit < b.misfit; });
+  const auto try_jobs = [&](std::size_t from, std::size_t to) {
+    std::vector<std::vector<Trial>> tried(to - from);
+    for (std::size_t done = from; done < to; done += batch) {
+      monitor.step("cameras", static_cast<long>(done), static_cast<long>(jobs));
+      pool.run(static_cast<int>(std::min(batch, to - done)), [&](int part) {
+        const std::size_t job = done + static_cast<std::size_t>(part);
+        tried[job - from] = try_pair(few, exploration, job / ranked.size(), ranked[job % ranked.size()]);
+      });
+    }
+    for (std::vector<Trial>& of_job : tried)
+      for (Trial& trial : of_job) out.push_back(std::move(trial));
+    std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.score < b.score; });
+  };
+  const std::size_t first = std::min(jobs, exploration.first_guesses * ranked.size());
+  try_jobs(0, first);
+  if (!lens_is_settled(out, exploration)) try_jobs(first, jobs);
   return out;
 }
 
-Outcome carry_on(const std::vector<Track>& few, const Exploration& exploration, std::vector<Trial> trials,
-                 Monitor& monitor) {
+Outcome carry_on(const std::vector<Track>& few, const Exploration& exploration, const std::vector<Trial>& trials,
+                 std::size_t from, std::size_t to, Monitor& monitor) {
   Outcome best;
   best.tried = static_cast<int>(trials.size());
-  trials.resize(std::min(carried, trials.size()));
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    Trial& trial = trials[i];
-    monitor.step("cameras", static_cast<long>(i), static_cast<long>(trials.size()));
+  std::size_t carried = 0;
+  double least = 0;
+  for (const Trial& trial : trials) {
+    if (trial.guess < from || trial.guess >= to) continue;
+    if (carried == most_carried) break;
+    monitor.step("cameras", static_cast<long>(carried++), static_cast<long>(most_carried));
     const GrowOptions& options = exploration.guesses[trial.guess].grow;
-    const double limit = options.max_error_px;
-    grow(trial.reconstruction, few, exploration.keyframes, options);
-    const double error = misfit(trial.reconstruction, few, exploration.keyframes, limit);
-    if (error >= (best.found ? best.misfit : limit * limit)) continue;
+    const double limit = options.max_error_px * options.max_error_px;
+    Reconstruction grown = trial.reconstruction;
+    grow(grown, few, exploration.keyframes, options);
+    const double error = misfit(grown, few, exploration.keyframes, options.max_error_px);
+    const double score = error * unlikelihood(grown.lens, options);
+    if (error >= limit || (best.found && score >= least)) continue;
+    least = score;
     best.misfit = error;
     best.found = true;
     best.from_plane = trial.from_plane;
-    best.reconstruction = std::move(trial.reconstruction);
-    if (error < convincing * limit * limit) break;
+    best.reconstruction = std::move(grown);
+    if (error < convincing * limit) break;
   }
   best.reconstruction.points.clear();
   return best;

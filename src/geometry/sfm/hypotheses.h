@@ -18,6 +18,7 @@ struct LensGuess {
 
 struct Exploration {
   std::vector<LensGuess> guesses;
+  std::size_t first_guesses = 1;  ///< The others are tried only where no two free ones of these find the same lens.
   std::span<const int> keyframes;
   std::span<const FramePair> pairs;
   Size size;
@@ -30,12 +31,13 @@ struct Trial {
   bool from_plane = false;
   Reconstruction reconstruction;
   double misfit = 0;  ///< See incremental.h; over the frames that were tried.
+  double score = 0;   ///< The misfit, a little more for an unlikely lens: where nothing tells, the likely one wins.
 };
 
 /// Tracks such that every listed frame keeps about `per_frame` of them, long ones first.
 std::vector<Track> thinned(const std::vector<Track>& tracks, std::span<const int> frames, int per_frame);
 
-/// Every guess with every promising pair, grown over some key frames around the pair; best first. Does not depend on
+/// Guesses with every promising pair, grown over some key frames around the pair; best first. Does not depend on
 /// the number of threads.
 std::vector<Trial> try_beginnings(const std::vector<Track>& few, const Exploration& exploration, ThreadPool& pool,
                                   Monitor& monitor);
@@ -47,8 +49,8 @@ struct Outcome {
   double misfit = 0;  ///< Over all key frames.
   int tried = 0;
 };
-/// The best trials carried on to all key frames until one convinces.
-Outcome carry_on(const std::vector<Track>& few, const Exploration& exploration, std::vector<Trial> trials,
-                 Monitor& monitor);
+/// The best trials of the guesses from..to-1 carried on to all key frames until one convinces.
+Outcome carry_on(const std::vector<Track>& few, const Exploration& exploration, const std::vector<Trial>& trials,
+                 std::size_t from, std::size_t to, Monitor& monitor);
 
 }  // namespace uwv::sfm
