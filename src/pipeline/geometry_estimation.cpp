@@ -37,6 +37,7 @@ ordered_json facts_of(const SfmResult& sfm) {
                         {"rms_error_px", sfm.rms_error_px},
                         {"moving_tracks_share", sfm.moving_share},
                         {"cuts", sfm.cuts},
+                        {"notes", sfm.notes},
                         {"seconds", sfm.seconds}};
   if (!sfm.cameras.empty())
     facts["lens"] = {{"fx", sfm.cameras.front().intrinsics.fx},
@@ -101,6 +102,7 @@ class Estimation {
     asked.intrinsics = known_;
     sfm_ = structure_from_motion(frames_, asked, pool_, monitor_);
     result_.facts["structure_from_motion"] = facts_of(sfm_);
+    for (const std::string& note : sfm_.notes) monitor_.warn(fmt::format("{}: {}", options_.video, note));
     if (!sfm_.cuts.empty())
       monitor_.warn(
           fmt::format("{}: the picture cuts at {} place(s), first at frame {}; the geometry is that of the longest "

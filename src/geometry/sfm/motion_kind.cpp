@@ -19,6 +19,18 @@ Eigen::Matrix3d weighted_rotation(const std::vector<Eigen::Vector3d>& a, const s
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
+/// The largest median residual of the pairs; once it reaches `enough`, the rest are not looked at.
+double turning_leaves(const std::vector<Track>& tracks, std::span<const FramePair> pairs, const Intrinsics& lens,
+                      double enough) {
+  double worst = 0;
+  for (const FramePair& pair : pairs) {
+    const PairMatches matches = matches_between(tracks, pair.a, pair.b);
+    worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
+    if (worst >= enough) break;
+  }
+  return worst;
+}
+
 }  // namespace
 
 Eigen::Matrix3d fit_rotation(const PairMatches& matches, const Intrinsics& lens) {
@@ -96,15 +108,24 @@ TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePa
                        std::span<const Intrinsics> lenses) {
   TurningFit best{lenses.front(), std::numeric_limits<double>::infinity()};
   for (const Intrinsics& lens : lenses) {
-    double worst = 0;
-    for (const FramePair& pair : pairs) {
-      const PairMatches matches = matches_between(tracks, pair.a, pair.b);
-      worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
-      if (worst >= best.parallax_px) break;
-    }
-    if (worst < best.parallax_px) best = {lens, worst};
+    const double left = turning_leaves(tracks, pairs, lens, best.parallax_px);
+    if (left < best.parallax_px) best = {lens, left};
   }
   return best;
+}
+
+TurningFit refine_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs, TurningFit fit) {
+  for (const double step : {1.12, 1.06, 1.03, 1.015}) {
+    const Intrinsics middle = fit.lens;
+    for (const double factor : {step, 1 / step}) {
+      Intrinsics lens = middle;
+      lens.fx *= factor;
+      lens.fy *= factor;
+      const double left = turning_leaves(tracks, pairs, lens, fit.parallax_px);
+      if (left < fit.parallax_px) fit = {lens, left};
+    }
+  }
+  return fit;
 }
 
 }  // namespace uwv::sfm

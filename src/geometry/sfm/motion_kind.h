@@ -33,5 +33,7 @@ struct TurningFit {
 /// How much of the pairs' motion remains after rotation; the smallest over the candidate lenses.
 TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
                        std::span<const Intrinsics> lenses);
+/// The same over focal lengths near the fit's own.
+TurningFit refine_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs, TurningFit fit);
 
 }  // namespace uwv::sfm

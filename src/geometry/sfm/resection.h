@@ -6,9 +6,11 @@
 
 namespace uwv::sfm {
 
-/// Poses `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC over
-/// minimal sets. False, and no pose, when fewer than `least` tracks or 30 % of them agree.
-bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
-            int least = 10);
+/// The pose of `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC
+/// over minimal sets. Empty when fewer than `least` tracks or 30 % of them agree.
+std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame,
+                                double max_error_px, int least = 10);
+/// Gives the frame that pose, or none. True when there is one.
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px);
 
 }  // namespace uwv::sfm
