@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/moving/dense_flow.h"
 #include "geometry/moving/pieces.h"
 #include "uwv/geometry/moving_objects.h"
@@ -37,7 +38,7 @@ struct Pieces {
 Pieces look_at_pieces(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
                       std::span<const ValidityMask> static_pixels, const std::vector<FrameGeometry>& geometry,
                       const MovingDepthOptions& options, ThreadPool& pool, Monitor& monitor) {
-  const moving::SerialOpenCv serial;
+  const DeterministicCv deterministic;
   const int count = static_cast<int>(frames.size());
   const Size small = moving::shrunk_size(frames[0].size(), options.flow_height);
   Pieces pieces;
@@ -181,7 +182,7 @@ float confidence_of(MovingDepthSource source, double of_contact) {
 void paint(const std::vector<Track>& tracks, std::span<const Camera> cameras,
            std::span<const ValidityMask> static_pixels, const MovingDepthOptions& options, ThreadPool& pool,
            std::vector<FrameGeometry>& geometry) {
-  const moving::SerialOpenCv serial;
+  const DeterministicCv deterministic;
   pool.run(static_cast<int>(geometry.size()), [&](int frame) {
     cv::Mat labels;
     moving::find_pieces(static_pixels[at(frame)], labels);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/moving/dense_flow.h"
 #include "geometry/moving/motion_evidence.h"
 #include "geometry/moving/regions.h"
@@ -205,7 +206,7 @@ void Search::steady_scores() {
 }
 
 void Search::run() {
-  const moving::SerialOpenCv serial;
+  const DeterministicCv deterministic;
   prepare();
   if (!coarse_.empty()) bound_from_coarse();
   bool ranged = false;
