@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "pipeline/clip_foreground.h"
+#include "pipeline/moving_layer.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
 #include "uwv/geometry/background_completion.h"
-#include "uwv/geometry/moving_objects.h"
 #include "uwv/geometry/planar_prior.h"
 #include "uwv/geometry/scene_profile.h"
 
@@ -118,10 +118,8 @@ class Estimation {
   void measure() {
     result_.scene.cameras = sfm_.cameras;
     result_.scene.depth_from = result_.scene.cameras_from = GeometryProvider::sfm;
-    const MovingPixels moving = find_moving_pixels(frames_, sfm_.cameras, {}, {}, pool_, monitor_);
-    result_.facts["moving_pixels"] = {
-        {"share", moving.moving_share}, {"notes", moving.notes}, {"seconds", moving.seconds}};
-    const bool something_moves = moving.moving_share > GeometryPlanOptions{}.min_layer_motion;
+    const MovingPixels moving = find_moving_layer(options_, frames_, sfm_.cameras, pool_, monitor_, result_.facts);
+    const bool something_moves = matters(moving);
     const std::span<const ValidityMask> static_pixels =
         something_moves ? std::span<const ValidityMask>(moving.static_pixels) : std::span<const ValidityMask>();
     const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, mvs_options(options_),
@@ -132,28 +130,10 @@ class Estimation {
                                           {"notes", mvs.notes}};
     brief_ += "; " + mvs.brief();
     if (something_moves)
-      place_moving(moving);
+      brief_ += "; " + place_moving_layer(options_, frames_, moving, pool_, monitor_, result_);
     else
       result_.facts["moving_depth"] =
           fmt::format("skipped: {:.2f} % of the pixels move by themselves", 100 * moving.moving_share);
-  }
-
-  void place_moving(const MovingPixels& moving) {
-    result_.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
-    const MovingDepthSummary placed =
-        fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_, result_.scene.frames);
-    result_.facts["moving_depth"] = {{"objects", placed.objects.size()},
-                                     {"contact_share", placed.contact_share},
-                                     {"unknown_share", placed.unknown_share},
-                                     {"notes", placed.notes},
-                                     {"seconds", placed.seconds}};
-    brief_ += "; " + placed.brief();
-    for (const ValidityMask& fixed : moving.static_pixels) {
-      ForegroundMask mask(fixed.size());
-      std::transform(fixed.pixels().begin(), fixed.pixels().end(), mask.pixels().begin(),
-                     [](std::uint8_t still) { return static_cast<std::uint8_t>(still == 0); });
-      result_.foreground.push_back(std::move(mask));
-    }
   }
 
   Intrinsics lens() const {

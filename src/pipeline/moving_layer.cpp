@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/moving_layer.h"
+
+#include <algorithm>
+
+#include "pipeline/clip_foreground.h"
+#include "uwv/geometry/scene_profile.h"
+
+namespace uwv::pipeline {
+namespace {
+
+std::vector<ForegroundMask> foreground_of(const MovingPixels& moving) {
+  std::vector<ForegroundMask> masks;
+  for (const ValidityMask& fixed : moving.static_pixels) {
+    ForegroundMask& mask = masks.emplace_back(fixed.size());
+    std::transform(fixed.pixels().begin(), fixed.pixels().end(), mask.pixels().begin(),
+                   [](std::uint8_t still) { return static_cast<std::uint8_t>(still == 0); });
+  }
+  return masks;
+}
+
+}  // namespace
+
+bool matters(const MovingPixels& moving) { return moving.moving_share > GeometryPlanOptions{}.min_layer_motion; }
+
+MovingPixels find_moving_layer(const RunOptions& options, std::span<const ImageRgb> frames,
+                               std::span<const Camera> cameras, ThreadPool& pool, Monitor& monitor,
+                               nlohmann::ordered_json& facts) {
+  MovingPixels moving = find_moving_pixels(frames, cameras, {}, {}, pool, monitor);
+  nlohmann::ordered_json about = {{"seconds", moving.seconds}};
+  if (matters(moving)) {
+    const ClipForeground foreground = find_clip_foreground(options, frames, pool, monitor);
+    about["foreground"] = foreground.note + "; motion decides what of it moves";
+    about["share_by_motion_alone"] = moving.moving_share;
+    if (!foreground.masks.empty()) take_foreground_whole(frames, foreground.masks, {}, pool, moving);
+  }
+  about["share"] = moving.moving_share;
+  about["notes"] = moving.notes;
+  facts["moving_pixels"] = std::move(about);
+  return moving;
+}
+
+std::string place_moving_layer(const RunOptions&, std::span<const ImageRgb> frames, const MovingPixels& moving,
+                               ThreadPool& pool, Monitor& monitor, EstimatedGeometry& result) {
+  result.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
+  const MovingDepthSummary placed =
+      fill_moving_depth(frames, result.scene.cameras, moving.static_pixels, {}, pool, monitor, result.scene.frames);
+  result.facts["moving_depth"] = {{"objects", placed.objects.size()},
+                                  {"contact_share", placed.contact_share},
+                                  {"unknown_share", placed.unknown_share},
+                                  {"notes", placed.notes},
+                                  {"seconds", placed.seconds}};
+  result.foreground = foreground_of(moving);
+  return placed.brief();
+}
+
+}  // namespace uwv::pipeline
