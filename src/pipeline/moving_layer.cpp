@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "pipeline/clip_foreground.h"
+#include "uwv/geometry/background_from_views.h"
 #include "uwv/geometry/scene_profile.h"
 
 namespace uwv::pipeline {
@@ -17,6 +18,22 @@ std::vector<ForegroundMask> foreground_of(const MovingPixels& moving) {
                    [](std::uint8_t still) { return static_cast<std::uint8_t>(still == 0); });
   }
   return masks;
+}
+
+void complete_behind(const RunOptions& options, std::span<const ImageRgb> frames, ThreadPool& pool, Monitor& monitor,
+                     EstimatedGeometry& result) {
+  if (!options.layers) {
+    result.facts["background"] = "skipped: --no-layers";
+    return;
+  }
+  ViewsBackground behind =
+      background_from_views(frames, result.scene.cameras, result.scene.frames, result.foreground, {}, pool, monitor);
+  result.facts["background"] = {{"seen_in_other_frames_share", behind.share_seen},
+                                {"invented_share", behind.share_invented},
+                                {"notes", behind.notes},
+                                {"seconds", behind.seconds}};
+  result.background.colour = std::move(behind.frames);
+  result.background.depth = std::move(behind.depth);
 }
 
 }  // namespace
@@ -40,9 +57,8 @@ MovingPixels find_moving_layer(const RunOptions& options, std::span<const ImageR
   return moving;
 }
 
-std::string place_moving_layer(const RunOptions&, std::span<const ImageRgb> frames, const MovingPixels& moving,
+std::string place_moving_layer(const RunOptions& options, std::span<const ImageRgb> frames, const MovingPixels& moving,
                                ThreadPool& pool, Monitor& monitor, EstimatedGeometry& result) {
-  result.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
   const MovingDepthSummary placed =
       fill_moving_depth(frames, result.scene.cameras, moving.static_pixels, {}, pool, monitor, result.scene.frames);
   result.facts["moving_depth"] = {{"objects", placed.objects.size()},
@@ -51,6 +67,7 @@ std::string place_moving_layer(const RunOptions&, std::span<const ImageRgb> fram
                                   {"notes", placed.notes},
                                   {"seconds", placed.seconds}};
   result.foreground = foreground_of(moving);
+  complete_behind(options, frames, pool, monitor, result);
   return placed.brief();
 }
 

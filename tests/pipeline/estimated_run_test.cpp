@@ -29,13 +29,14 @@ class WarningMonitor : public Monitor {
 class EstimatedRun : public ::testing::Test {
  protected:
   /// Frames of a room past which the camera moves by `step` degrees of an orbit a frame.
-  void film(int frames, double step_deg) {
-    const StockScene room = boxes_room({.size = {240, 136}});
+  void film(int frames, double step_deg) { film(boxes_room({.size = {240, 136}}), frames, step_deg, 0); }
+
+  void film(const StockScene& room, int frames, double step_deg, double seconds_a_frame) {
     ThreadPool pool;
     fs::create_directory(folder_.file("clip"));
     for (int i = 0; i < frames; ++i) {
       const Camera camera = orbit_camera(room.source, room.subject_in_world, i * step_deg * M_PI / 180);
-      const SyntheticFrame frame = render(room.scene, camera, 0, pool, 2);
+      const SyntheticFrame frame = render(room.scene, camera, i * seconds_a_frame, pool, 2);
       write_png(folder_.file(fmt::format("clip/{:03}.png", i)), frame.colour);
       depths_.push_back(frame.depth);
     }
@@ -117,6 +118,24 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   EXPECT_EQ(reused.stages[1].facts["frames"], 9);
   options_.start = 1;
   EXPECT_THAT(error_of_run(), HasSubstr("geometry of 9 frames from 0 on"));
+}
+
+TEST_F(EstimatedRun, PlacesWhatMovesAndCompletesWhatItHides) {
+  film(moving_ball({.size = {320, 184}}), 11, 1.0, 0.06);
+  Monitor monitor;
+  const nlohmann::ordered_json facts = run(options_, monitor).stages[0].facts;
+  ASSERT_EQ(facts["provider"], "sfm") << facts.dump(1);
+  EXPECT_GT(facts["moving_pixels"]["share"], 0.02) << facts.dump(1);
+  EXPECT_THAT(facts["moving_pixels"]["foreground"].get<std::string>(), HasSubstr("motion decides"));
+  EXPECT_GT(facts["background"]["seen_in_other_frames_share"], 0.02) << facts.dump(1);
+  EXPECT_LT(facts["background"]["invented_share"], 0.05) << facts.dump(1);
+  for (const char* file : {"foreground_mask.mp4", "background.mp4", "background_depth.npz"})
+    EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
+  options_.layers = false;
+  options_.out = folder_.file("flat");
+  const nlohmann::ordered_json flat = run(options_, monitor).stages[0].facts;
+  EXPECT_EQ(flat["background"], "skipped: --no-layers");
+  EXPECT_FALSE(fs::exists(options_.out + "/geometry/background.mp4"));
 }
 
 TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {
