@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/moving_layer.h"
 #include "pipeline/network_geometry.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
 #include "uwv/geometry/background_completion.h"
-#include "uwv/geometry/moving_objects.h"
 #include "uwv/geometry/planar_prior.h"
 #include "uwv/geometry/scene_profile.h"
 
@@ -143,10 +143,9 @@ class Estimation {
   void measure() {
     result_.scene.cameras = sfm_.cameras;
     result_.scene.depth_from = result_.scene.cameras_from = GeometryProvider::sfm;
-    const MovingPixels moving = find_moving_pixels(frames_, sfm_.cameras, {}, {}, pool_, monitor_);
-    result_.facts["moving_pixels"] = {
-        {"share", moving.moving_share}, {"notes", moving.notes}, {"seconds", moving.seconds}};
-    const bool something_moves = moving.moving_share > GeometryPlanOptions{}.min_layer_motion;
+    const MovingPixels moving =
+        find_moving_layer(options_, foreground_networks_, frames_, sfm_.cameras, {}, pool_, monitor_, result_.facts);
+    const bool something_moves = matters(moving);
     const std::span<const ValidityMask> static_pixels =
         something_moves ? std::span<const ValidityMask>(moving.static_pixels) : std::span<const ValidityMask>();
     const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, mvs_options(options_),
@@ -157,32 +156,10 @@ class Estimation {
                                           {"notes", mvs.notes}};
     brief_ += "; " + mvs.brief();
     if (something_moves)
-      place_moving(moving);
+      brief_ += "; " + place_moving_layer(options_, frames_, moving, pool_, monitor_, result_);
     else
       result_.facts["moving_depth"] =
           fmt::format("skipped: {:.2f} % of the pixels move by themselves", 100 * moving.moving_share);
-  }
-
-  void place_moving(const MovingPixels& moving) {
-    result_.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
-    const MovingDepthSummary placed =
-        fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_, result_.scene.frames);
-    result_.facts["moving_depth"] = {{"objects", placed.objects.size()},
-                                     {"contact_share", placed.contact_share},
-                                     {"unknown_share", placed.unknown_share},
-                                     {"notes", placed.notes},
-                                     {"seconds", placed.seconds}};
-    brief_ += "; " + placed.brief();
-    take_moving_as_foreground(moving);
-  }
-
-  void take_moving_as_foreground(const MovingPixels& moving) {
-    for (const ValidityMask& fixed : moving.static_pixels) {
-      ForegroundMask mask(fixed.size());
-      std::transform(fixed.pixels().begin(), fixed.pixels().end(), mask.pixels().begin(),
-                     [](std::uint8_t still) { return static_cast<std::uint8_t>(still == 0); });
-      result_.foreground.push_back(std::move(mask));
-    }
   }
 
   Intrinsics lens() const {
@@ -294,11 +271,9 @@ class Estimation {
   }
 
   void find_what_moves() {
-    const MovingPixels moving =
-        find_moving_pixels(frames_, result_.scene.cameras, result_.scene.frames, {}, pool_, monitor_);
-    result_.facts["moving_pixels"] = {
-        {"share", moving.moving_share}, {"notes", moving.notes}, {"seconds", moving.seconds}};
-    if (moving.moving_share > GeometryPlanOptions{}.min_layer_motion) take_moving_as_foreground(moving);
+    const MovingPixels moving = find_moving_layer(options_, foreground_networks_, frames_, result_.scene.cameras,
+                                                  result_.scene.frames, pool_, monitor_, result_.facts);
+    if (matters(moving)) lay_behind_moving(options_, frames_, moving, pool_, monitor_, result_);
   }
 
   /// A standing camera's background: completed pictures, and what the network says of them.

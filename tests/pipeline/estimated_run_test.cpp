@@ -58,6 +58,24 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   EXPECT_THAT(error_of_run(), HasSubstr("geometry of 9 frames from 0 on"));
 }
 
+TEST_F(EstimatedRun, PlacesWhatMovesAndCompletesWhatItHides) {
+  film(moving_ball({.size = {320, 184}}), 11, 1.0, 0.06);
+  Monitor monitor;
+  const nlohmann::ordered_json facts = run(options_, monitor).stages[0].facts;
+  ASSERT_EQ(facts["provider"], "sfm") << facts.dump(1);
+  EXPECT_GT(facts["moving_pixels"]["share"], 0.02) << facts.dump(1);
+  EXPECT_THAT(facts["moving_pixels"]["foreground"].get<std::string>(), HasSubstr("motion decides"));
+  EXPECT_GT(facts["background"]["seen_in_other_frames_share"], 0.02) << facts.dump(1);
+  EXPECT_LT(facts["background"]["invented_share"], 0.05) << facts.dump(1);
+  for (const char* file : {"foreground_mask.mp4", "background.mp4", "background_depth.npz"})
+    EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
+  options_.layers = false;
+  options_.out = folder_.file("flat");
+  const nlohmann::ordered_json flat = run(options_, monitor).stages[0].facts;
+  EXPECT_EQ(flat["background"], "skipped: --no-layers");
+  EXPECT_FALSE(fs::exists(options_.out + "/geometry/background.mp4"));
+}
+
 TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {
   film(5, 0);
   WarningMonitor monitor;

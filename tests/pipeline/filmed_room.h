@@ -28,13 +28,14 @@ class WarningMonitor : public Monitor {
 class FilmedRoom : public ::testing::Test {
  protected:
   /// Frames of a room past which the camera moves by `step` degrees of an orbit a frame.
-  void film(int frames, double step_deg) {
-    const StockScene room = boxes_room({.size = {240, 136}});
+  void film(int frames, double step_deg) { film(boxes_room({.size = {240, 136}}), frames, step_deg, 0); }
+
+  void film(const StockScene& room, int frames, double step_deg, double seconds_a_frame) {
     ThreadPool pool;
     std::filesystem::create_directory(folder_.file("clip"));
     for (int i = 0; i < frames; ++i) {
       const Camera camera = orbit_camera(room.source, room.subject_in_world, i * step_deg * M_PI / 180);
-      const SyntheticFrame frame = render(room.scene, camera, 0, pool, 2);
+      const SyntheticFrame frame = render(room.scene, camera, i * seconds_a_frame, pool, 2);
       write_png(folder_.file(fmt::format("clip/{:03}.png", i)), frame.colour);
       depths_.push_back(frame.depth);
       cameras_.push_back(camera);
