@@ -9,9 +9,9 @@
 #include "pipeline/network_geometry.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
+#include "pipeline/scene_choices.h"
 #include "uwv/geometry/background_completion.h"
 #include "uwv/geometry/planar_prior.h"
-#include "uwv/geometry/scene_profile.h"
 
 namespace uwv::pipeline {
 namespace {
@@ -46,9 +46,16 @@ ordered_json facts_of(const SfmResult& sfm) {
   return facts;
 }
 
-template <class T>
-ordered_json decision(const T& choice, const std::string& reason, const std::string& saves, bool forced) {
-  return {{"choice", choice}, {"reason", reason}, {"saves", saves}, {"forced", forced}};
+/// Of all pixels, those whose depth counts as measured.
+double measured_share(const SceneGeometry& scene) {
+  constexpr float measured = 0.5F;
+  double count = 0, pixels = 0;
+  for (const FrameGeometry& frame : scene.frames) {
+    const auto values = frame.confidence.pixels();
+    count += static_cast<double>(std::count_if(values.begin(), values.end(), [](float c) { return c >= measured; }));
+    pixels += static_cast<double>(values.size());
+  }
+  return pixels > 0 ? count / pixels : 0;
 }
 
 /// The steps of an estimation, each noting in `facts_` what it found or why it was left out.
@@ -79,6 +86,7 @@ class Estimation {
     else
       assume();
     if (network_) result_.facts["network"] = network_->facts();
+    result_.facts["profile"] = to_json(profile_);
     result_.facts["brief"] = brief_;
     return std::move(result_);
   }
@@ -111,27 +119,24 @@ class Estimation {
   }
 
   GeometryProvider choose() {
-    if (network_) {
-      const bool asked = options_.geometry == GeometryChoice::network;
-      result_.facts["choice"] = decision(to_string(GeometryProvider::network),
-                                         asked ? "--geometry network" : "--depth-model is given", "", asked);
-      brief_ = asked || sfm_.cameras.empty() ? "depth from the network" : "depth from the network; " + sfm_.brief();
-      return GeometryProvider::network;
-    }
-    SceneProfile profile;
-    profile.size = size();
-    profile.frames = static_cast<int>(frames_.size());
-    profile.motion = sfm_.motion;
-    profile.parallax_px = sfm_.parallax_px;
-    profile.rms_error_px = sfm_.rms_error_px;
-    profile.registered_share = registered_share(sfm_);
-    profile.cuts = static_cast<int>(sfm_.cuts.size());
+    profile_.size = size();
+    profile_.frames = static_cast<int>(frames_.size());
+    profile_.motion = sfm_.motion;
+    profile_.parallax_px = sfm_.parallax_px;
+    profile_.parallax_per_frame_px = parallax_per_frame(sfm_);
+    profile_.rms_error_px = sfm_.rms_error_px;
+    profile_.registered_share = registered_share(sfm_);
+    profile_.cuts = static_cast<int>(sfm_.cuts.size());
+    if (network_) return believe();
     GeometryPlanOptions wishes;
     wishes.min_parallax_px = options_.min_parallax_px;
     if (options_.geometry == GeometryChoice::prior) wishes.provider = GeometryProvider::prior;
-    const GeometryPlan plan = plan_geometry(profile, wishes);
+    if (options_.mvs_key_stride > 0) wishes.key_stride = options_.mvs_key_stride;
+    const GeometryPlan plan = plan_geometry(profile_, wishes);
     const auto& chosen = plan.provider;
-    result_.facts["choice"] = decision(to_string(chosen.choice), chosen.reason, chosen.saves, chosen.forced);
+    result_.facts["choice"] = to_json(chosen);
+    result_.facts["key_stride"] = to_json(plan.key_stride);
+    key_stride_ = plan.key_stride.choice;
     if (options_.geometry == GeometryChoice::sfm && chosen.choice != GeometryProvider::sfm)
       fail(ErrorCode::value_invalid,
            "{}: depth cannot be measured from it: {}; use --geometry auto or prior, or give --depth", options_.video,
@@ -139,6 +144,18 @@ class Estimation {
     brief_ = sfm_.brief();
     return chosen.choice;
   }
+
+  GeometryProvider believe() {
+    const bool asked = options_.geometry == GeometryChoice::network;
+    if (network_moves()) profile_.motion = ClipMotion::moving;
+    result_.facts["choice"] = to_json(PlanDecision<GeometryProvider>{
+        GeometryProvider::network, asked ? "--geometry network" : "--depth-model is given", "", asked});
+    brief_ = sfm_.cameras.empty() ? "depth from the network" : "depth from the network; " + sfm_.brief();
+    return GeometryProvider::network;
+  }
+
+  /// The network gives the cameras, of a clip.
+  bool network_moves() const { return network_->has_cameras() && frames_.size() > 1; }
 
   void measure() {
     result_.scene.cameras = sfm_.cameras;
@@ -148,8 +165,12 @@ class Estimation {
     const bool something_moves = matters(moving);
     const std::span<const ValidityMask> static_pixels =
         something_moves ? std::span<const ValidityMask>(moving.static_pixels) : std::span<const ValidityMask>();
-    const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, mvs_options(options_),
-                                             pool_, monitor_, result_.scene.frames);
+    MvsOptions stereo = mvs_options(options_);
+    stereo.key_stride = key_stride_;
+    const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, stereo, pool_, monitor_,
+                                             result_.scene.frames);
+    profile_.moving_share = moving.moving_share;
+    profile_.measured_share = mvs.measured_share;
     result_.facts["multi_view_stereo"] = {{"matched_frames", mvs.matched_frames},
                                           {"measured_share", mvs.measured_share},
                                           {"seconds", mvs.seconds},
@@ -184,6 +205,7 @@ class Estimation {
     const StageClock clock;
     ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
     result_.facts["foreground"] = foreground.note;
+    if (frames_.size() > 1) profile_.moving_share = mean_share(foreground.masks);
     PlanarPriorOptions prior_options;
     prior_options.locked_off = sfm_.motion == ClipMotion::still;
     PlanarPriorResult prior = planar_prior(frames_, foreground.masks, lens(), prior_options, pool_, monitor_);
@@ -220,8 +242,8 @@ class Estimation {
 
   /// What stands before the background, when the clip has both and they are wanted apart.
   bool wants_background(const std::vector<ForegroundMask>& foreground) {
-    if (!foreground.empty() && options_.layers) return true;
-    result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --no-layers";
+    if (!foreground.empty() && options_.layers != LayerChoice::off) return true;
+    result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --layers off";
     return false;
   }
 
@@ -249,7 +271,7 @@ class Estimation {
 
   /// The network's depth, in front of cameras that it, the pictures, or nobody knows.
   void believe_network() {
-    const bool moves = sfm_.motion == ClipMotion::moving || (network_->has_cameras() && frames_.size() > 1);
+    const bool moves = sfm_.motion == ClipMotion::moving || network_moves();
     if (network_->has_cameras()) {
       result_.scene.cameras = network_->cameras(known_);
       result_.scene.cameras_from = GeometryProvider::network;
@@ -264,6 +286,7 @@ class Estimation {
       warn_of_assumed_lens();
     }
     network_->place(sfm_.points, sfm_.motion == ClipMotion::still, result_.scene);
+    profile_.measured_share = measured_share(result_.scene);
     if (moves)
       find_what_moves();
     else
@@ -273,6 +296,7 @@ class Estimation {
   void find_what_moves() {
     const MovingPixels moving = find_moving_layer(options_, foreground_networks_, frames_, result_.scene.cameras,
                                                   result_.scene.frames, pool_, monitor_, result_.facts);
+    profile_.moving_share = moving.moving_share;
     if (matters(moving)) lay_behind_moving(options_, frames_, moving, pool_, monitor_, result_);
   }
 
@@ -284,6 +308,7 @@ class Estimation {
       ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
       result_.facts["foreground"] = foreground.note;
       result_.foreground = std::move(foreground.masks);
+      if (frames_.size() > 1) profile_.moving_share = mean_share(result_.foreground);
       if (!wants_background(result_.foreground)) return;
       result_.background.colour = without_foreground(result_.foreground).frames;
     }
@@ -312,6 +337,8 @@ class Estimation {
   Monitor& monitor_;
   std::optional<NetworkGeometry> network_;
   SfmResult sfm_;
+  SceneProfile profile_;
+  int key_stride_ = 1;
   std::string brief_;
   EstimatedGeometry result_;
 };

@@ -21,8 +21,8 @@ std::vector<ForegroundMask> foreground_of(const MovingPixels& moving) {
 
 void complete_behind(const RunOptions& options, std::span<const ImageRgb> frames, ThreadPool& pool, Monitor& monitor,
                      EstimatedGeometry& result) {
-  if (!options.layers) {
-    result.facts["background"] = "skipped: --no-layers";
+  if (options.layers == LayerChoice::off) {
+    result.facts["background"] = "skipped: --layers off";
     return;
   }
   ViewsBackground behind =

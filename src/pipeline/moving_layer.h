@@ -23,13 +23,14 @@ MovingPixels find_moving_layer(const RunOptions& options, const ForegroundNetwor
 /// Whether so much moves that it is kept apart from the static scene.
 bool matters(const MovingPixels& moving);
 
-/// Takes what moves for the foreground and, with options.layers, completes the background behind it. Its fact is
-/// "background". `result.scene` has depth and cameras of everything.
+/// Takes what moves for the foreground and, unless options.layers is off, completes the background behind it. Its fact
+/// is "background". `result.scene` has depth and cameras of everything.
 void lay_behind_moving(const RunOptions& options, std::span<const ImageRgb> frames, const MovingPixels& moving,
                        ThreadPool& pool, Monitor& monitor, EstimatedGeometry& result);
 
-/// Gives what moves a depth, a foreground mask and, with options.layers, a background. Its facts are "moving_depth" and
-/// "background". Returns one line on what was done. `result.scene` has depth and cameras of the static scene.
+/// Gives what moves a depth, a foreground mask and, unless options.layers is off, a background. Its facts are
+/// "moving_depth" and "background". Returns one line on what was done. `result.scene` has depth and cameras of the
+/// static scene.
 std::string place_moving_layer(const RunOptions& options, std::span<const ImageRgb> frames, const MovingPixels& moving,
                                ThreadPool& pool, Monitor& monitor, EstimatedGeometry& result);
 

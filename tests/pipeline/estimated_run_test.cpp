@@ -69,7 +69,7 @@ TEST_F(EstimatedRun, PlacesWhatMovesAndCompletesWhatItHides) {
   EXPECT_LT(facts["background"]["invented_share"], 0.05) << facts.dump(1);
   for (const char* file : {"foreground_mask.mp4", "background.mp4", "background_depth.npz"})
     EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   options_.out = folder_.file("flat");
   const nlohmann::ordered_json flat = run(options_, monitor).stages[0].facts;
   EXPECT_EQ(flat["background"], "skipped: --no-layers");
@@ -94,7 +94,7 @@ TEST_F(EstimatedRun, DrawsAnewWhenLayersAreTurnedOff) {
   options_.depth = options_.out + "/geometry";
   options_.out = folder_.file("second");
   run(options_, monitor);
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   EXPECT_EQ(run(options_, monitor).stages[1].status, StageSummary::Status::done);
 }
 

@@ -153,14 +153,14 @@ TEST_F(NetworkRun, SteadiesANetworkThatSeesEachFrameAlone) {
   DepthNetworkResult answer =
       told(NetworkDepth::up_to_scale, [](std::size_t i, double z) { return z * (1 + 0.3 * static_cast<double>(i)); });
   answer.consistent = false;
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   run_with({answer});
   EXPECT_LT(depth_error(), 1e-4);
 }
 
 TEST_F(NetworkRun, TakesScaleAndShiftFromAPriorWhereNothingMoves) {
   film(3, 0);
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   const DepthNetworkResult answer = told(NetworkDepth::inverse_affine, [](std::size_t, double z) { return 7 / z - 1; });
   const RunSummary summary = run_with({answer});
   EXPECT_EQ(facts_of(summary)["network"]["alignment"]["reference"], "prior");
@@ -169,7 +169,7 @@ TEST_F(NetworkRun, TakesScaleAndShiftFromAPriorWhereNothingMoves) {
 
 TEST_F(NetworkRun, PassesNormalsOn) {
   film(2, 0);
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   DepthNetworkResult answer = told(NetworkDepth::metric, metres);
   answer.normals.assign(2, NormalMap(Size{240, 136}, Eigen::Vector3f(0, 0.6F, -0.8F)));
   run_with({answer});
@@ -227,7 +227,7 @@ TEST_F(NetworkRun, FollowsTheForegroundByASegmenter) {
 
 TEST_F(NetworkRun, OpensNoNetworkForWhatIsThereAlready) {
   film(2, 0);
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   const DepthNetworkResult answer = told(NetworkDepth::metric, metres);
   run_with({answer});
   options_.traj = "right";

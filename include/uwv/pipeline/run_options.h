@@ -37,6 +37,20 @@ enum class ReliabilityChoice {
   off,
 };
 
+/// Which points a frame is drawn from.
+enum class CloudChoice {
+  automatic,  ///< merged where the camera moved and the path shows what single frames do not see.
+  per_frame,  ///< Its own.
+  merged,     ///< Its own, and where they leave a pixel open, what other frames measured of the scene at rest.
+};
+
+/// Whether the background behind the foreground is drawn.
+enum class LayerChoice {
+  automatic,  ///< Where something moves or the path uncovers enough.
+  on,
+  off,  ///< Nor is it completed when geometry is estimated.
+};
+
 /// Where depth and source cameras come from.
 enum class GeometryChoice {
   automatic,  ///< Files where they are given, a network where one is; else measured where the camera moved, assumed
@@ -92,8 +106,8 @@ struct RunOptions {
   // -- geometry, where no depth is given
   // -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
-  std::string depth_model;  ///< Folder of a depth network (docs/depth-models.md).
-  bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
+  std::string depth_model;                      ///< Folder of a depth network (docs/depth-models.md).
+  LayerChoice layers = LayerChoice::automatic;  ///< Let the completed background show where the foreground moved away.
   std::string saliency_model;  ///< What finds the first frame's foreground: u2netp.onnx, or the folder of a TorchScript
                                ///< network (docs/depth-models.md). Empty: u2netp.onnx where scripts/setup puts it;
                                ///< without it a contrast method.
@@ -103,7 +117,7 @@ struct RunOptions {
   int mvs_neighbours = MvsOptions{}.neighbours;
   int mvs_planes = MvsOptions{}.planes;
   double mvs_scale = MvsOptions{}.scale;
-  int mvs_key_stride = MvsOptions{}.key_stride;
+  int mvs_key_stride = 0;  ///< 0 = by the parallax between frames (see plan_geometry), else every so many-th.
 
   // -- picture size --------------------------------------------------------------------------------------------------
   Size size;               ///< Exact working size. {0, 0}: the token budget of the model decides.
@@ -122,6 +136,7 @@ struct RunOptions {
   // -- rendering -----------------------------------------------------------------------------------------------------
   RendererChoice renderer = RendererChoice::automatic;
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
+  CloudChoice cloud = CloudChoice::automatic;
   Kernel kernel = OcclusionOptions{}.kernel;
   Visibility visibility = OcclusionOptions{}.visibility;
   /// Unset: none where the source camera moves (a pixel of its picture is another point of the scene each time), else

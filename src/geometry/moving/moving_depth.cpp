@@ -59,7 +59,6 @@ void in_chunks(int count, int first_step, ThreadPool& pool, Monitor& monitor, co
 std::vector<std::vector<int>> find_objects(std::span<const ImageRgb> frames,
                                            std::span<const ValidityMask> static_pixels, int flow_height,
                                            ThreadPool& pool, Monitor& monitor) {
-  const DeterministicCv deterministic;
   const int count = static_cast<int>(frames.size());
   const Size small = moving::shrunk_size(frames[0].size(), flow_height);
   std::vector<moving::PieceRelations> relations(frames.size());
@@ -236,7 +235,6 @@ float confidence_of(MovingDepthSource source, double of_contact) {
 void paint(const std::vector<Track>& tracks, std::span<const Camera> cameras,
            std::span<const ValidityMask> static_pixels, const std::vector<std::vector<int>>& objects,
            const MovingDepthOptions& options, ThreadPool& pool, std::vector<FrameGeometry>& geometry) {
-  const DeterministicCv deterministic;
   pool.run(static_cast<int>(geometry.size()), [&](int frame) {
     const cv::Mat labels = joined_labels(static_pixels[at(frame)], objects[at(frame)]);
     FrameGeometry& out = geometry[at(frame)];
@@ -316,7 +314,7 @@ MovingDepthSummary fill_moving_depth(std::span<const ImageRgb> frames, std::span
             "fill_moving_depth: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
   if (frames.empty()) return {};
-  const moving::SerialOpenCv serial;
+  const DeterministicCv serial;
   const auto objects = find_objects(frames, static_pixels, options.flow_height, pool, monitor);
   const Pieces pieces = look_at_pieces(cameras, static_pixels, objects, geometry, options, pool, monitor);
   std::vector<Track> tracks = tracks_of(pieces);
