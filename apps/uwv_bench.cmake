@@ -23,6 +23,8 @@ add_executable(uwv_bench
   bench/save_scene.cpp
   bench/skipped_passes.cpp
   bench/smeared_depth.cpp
+  bench/stereo_depth.cpp
+  bench/stereo_pairs.cpp
   bench/table.cpp
   bench/true_clip.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})

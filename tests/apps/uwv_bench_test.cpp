@@ -108,10 +108,8 @@ TEST_F(UwvBench, AlignsDepthWithEveryLossAndSmoothing) {
 
 TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
   make_recording("recording");
-  for (const auto& [pair, words] :
-       std::map<std::string, std::string>{{"0:7", "trajectory.log: has 2 poses, the pair wants number 7"},
-                                          {"3", "wanted two frames"},
-                                          {"1:1", "1:1"}}) {
+  for (const auto& [pair, words] : std::map<std::string, std::string>{
+           {"0:7", "recording: has 2 frames, the pair wants number 7"}, {"3", "wanted two frames"}, {"1:1", "1:1"}}) {
     const Outcome outcome =
         bench({"real", "--rgbd", "recording", "--motorcycle", "none", "--runs", "1", "--pairs", pair});
     EXPECT_EQ(outcome.exit_code, 2);

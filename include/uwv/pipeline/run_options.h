@@ -39,8 +39,10 @@ enum class ReliabilityChoice {
 
 /// Where depth and source cameras come from.
 enum class GeometryChoice {
-  automatic,  ///< Files where they are given; else measured where the camera moved, assumed where it did not.
+  automatic,  ///< Files where they are given, a network where one is; else measured where the camera moved, assumed
+              ///< where it did not.
   import,     ///< Files: --depth or --disparity.
+  network,    ///< --depth-model, a network exported to TorchScript; cameras as for sfm where it gives none.
   sfm,        ///< Structure from motion and multi-view stereo; an error where the pictures do not allow it.
   prior,      ///< Layers on a ground plane: an assumption, for photos and cameras that stood still.
 };
@@ -69,8 +71,8 @@ struct RunOptions {
                       ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
   DepthKind depth_kind = DepthKind::depth;  ///< What the values of `depth` are. Relative kinds need `geometry` to come
                                             ///< to scale: the cameras are estimated too.
-  std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
-  std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
+  std::optional<double> depth_scale;        ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
+  std::string depth_key;                    ///< Member of an .npz. Empty: the first of the usual names.
   std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
                           ///< is NaN, infinite, or not positive.
   double baseline = 0;    ///< Distance of the stereo pair, scene units. depth = fx * baseline / (disparity + doffs).
@@ -90,9 +92,12 @@ struct RunOptions {
   // -- geometry, where no depth is given
   // -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
+  std::string depth_model;  ///< Folder of a depth network (docs/depth-models.md).
   bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
-  std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
-                               ///< it a contrast method does.
+  std::string saliency_model;  ///< What finds the first frame's foreground: u2netp.onnx, or the folder of a TorchScript
+                               ///< network (docs/depth-models.md). Empty: u2netp.onnx where scripts/setup puts it;
+                               ///< without it a contrast method.
+  std::string segmenter;       ///< Folder of a TorchScript network that follows it through the clip. Empty: flow does.
   int max_features = SfmOptions{}.max_features;
   double min_parallax_px = SfmOptions{}.min_parallax_px;
   int mvs_neighbours = MvsOptions{}.neighbours;
