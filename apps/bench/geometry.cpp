@@ -133,8 +133,9 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
 std::vector<Table> geometry(const BenchOptions& options) {
   options.check();
   for (const std::string& table : options.tables)
-    if (table != "cameras" && table != "depth" && table != "stages" && table != "views")
-      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, depth, stages or views", table);
+    if (table != "cameras" && table != "camera_options" && table != "depth" && table != "stages" && table != "views")
+      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, camera_options, depth, stages or views",
+           table);
   ResizePolicy resize;
   if (options.no_resize) resize.mode = ResizePolicy::Mode::none;
   ThreadPool pool(options.threads);
@@ -143,6 +144,7 @@ std::vector<Table> geometry(const BenchOptions& options) {
   Table machine("machine", {"processors", "threads", "load_before", "load_after"});
   const double load_before = machine_load();
   std::vector<Table> tables;
+  if (wanted(options, "camera_options")) tables.push_back(camera_option_table(truth, pool));
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
   if (wanted(options, "cameras") || wanted(options, "depth") || wanted(options, "views")) {
     const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
