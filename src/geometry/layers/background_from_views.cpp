@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/completion_parts.h"
 #include "geometry/layers/cv_bridge.h"
 #include "geometry/layers/smooth_fill.h"
@@ -229,7 +230,7 @@ ViewsBackground background_from_views(std::span<const ImageRgb> frames, std::spa
             "background_from_views: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
   const auto begin = std::chrono::steady_clock::now();
-  const layers::DeterministicCv deterministic;
+  const DeterministicCv deterministic;
   ViewsBackground result = Completion(frames, cameras, geometry, foreground, options, pool, monitor).run();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
