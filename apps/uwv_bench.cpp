@@ -66,7 +66,7 @@ class CommandLine {
     found.add_option("--recording", options_.recording, "Folder of a clip with known cameras and depth")->required();
     found.add_option("--start", options_.start, "First frame of the recording to take")->capture_default_str();
     found.add_option("--stride", options_.stride, "Take every so many-th frame")->capture_default_str();
-    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views,choices")
+    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views; or camera_options, choices")
         ->delimiter(',')
         ->capture_default_str();
     found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,.., of those taken")

@@ -130,11 +130,13 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   return table;
 }
 
+constexpr std::string_view known_tables[] = {"cameras", "camera_options", "choices", "depth", "stages", "views"};
+
 std::vector<Table> geometry(const BenchOptions& options) {
   options.check();
   for (const std::string& table : options.tables)
-    if (table != "cameras" && table != "depth" && table != "stages" && table != "views" && table != "choices")
-      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, depth, stages, views or choices", table);
+    if (std::find(std::begin(known_tables), std::end(known_tables), table) == std::end(known_tables))
+      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted some of {}", table, fmt::join(known_tables, ", "));
   ResizePolicy resize;
   if (options.no_resize) resize.mode = ResizePolicy::Mode::none;
   ThreadPool pool(options.threads);
@@ -143,6 +145,7 @@ std::vector<Table> geometry(const BenchOptions& options) {
   Table machine("machine", {"processors", "threads", "load_before", "load_after"});
   const double load_before = machine_load();
   std::vector<Table> tables;
+  if (wanted(options, "camera_options")) tables.push_back(camera_option_table(truth, pool));
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
   if (wanted(options, "choices"))
     for (Table& table : choice_tables(truth, options, pool)) tables.push_back(std::move(table));

@@ -63,6 +63,8 @@ std::vector<ScenePoint> true_points(const TrueClip& clip);
 
 /// Structure from motion with and without the focal length, and COLMAP where `options.colmap`.
 Table camera_table(const FoundClip& clip, const BenchOptions& options);
+/// One option of structure from motion changed at a time, with the focal length known and not.
+Table camera_option_table(const TrueClip& clip, ThreadPool& pool);
 /// Where the time goes, structure from motion and stereo with default options.
 Table stage_table(const TrueClip& clip, ThreadPool& pool);
 /// One option of multi-view stereo changed at a time, and some together, with true cameras; then all defaults with

@@ -37,6 +37,7 @@ ordered_json facts_of(const SfmResult& sfm) {
                         {"rms_error_px", sfm.rms_error_px},
                         {"moving_tracks_share", sfm.moving_share},
                         {"cuts", sfm.cuts},
+                        {"frames_of_other_shots", std::count(sfm.in_shot.begin(), sfm.in_shot.end(), 0)},
                         {"notes", sfm.notes},
                         {"seconds", sfm.seconds}};
   if (!sfm.cameras.empty())

@@ -50,7 +50,8 @@ struct SfmOptions {
   /// lens could feign either, both are fitted, and `moving` must halve what turning leaves unexplained.
   double min_parallax_px = 2.0;
   double max_error_px = 2.0;  ///< An observation reprojecting farther off is an outlier.
-  std::uint64_t seed = 1;     ///< Of random choices. The sampling used today has a fixed seed of its own.
+  std::uint64_t seed = 1;     ///< Of the samples that relative poses and poses are drawn from. The same seed gives the
+                              ///< same bytes with any number of threads.
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -80,8 +81,11 @@ struct SfmResult {
   std::vector<Camera> cameras;           ///< One per frame unless indeterminate (then empty).
   std::vector<std::uint8_t> registered;  ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.
   std::vector<ScenePoint> points;        ///< Only for `moving`.
-  std::vector<int> cuts;                 ///< Frames at which another shot begins. Poses cover the longest shot only;
-                                         ///< frames outside it are not registered and have its nearest camera.
+  /// Frames at which another shot begins. Everything here is about the longest shot.
+  std::vector<int> cuts;
+  /// Per frame: 1 = of that shot. 0 = of another one: not registered, and its camera is only a placeholder (the shot's
+  /// nearest) that says nothing about the frame.
+  std::vector<std::uint8_t> in_shot;
   bool focal_estimated = false;
   /// Set when `intrinsics` were given and cannot be those of the clip. They are used all the same: the caller may know
   /// what the pictures cannot tell. A caller who only guessed should leave them out.

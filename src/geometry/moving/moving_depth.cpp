@@ -314,7 +314,7 @@ MovingDepthSummary fill_moving_depth(std::span<const ImageRgb> frames, std::span
             "fill_moving_depth: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
   if (frames.empty()) return {};
-  const DeterministicCv serial;
+  const DeterministicCv deterministic;
   const auto objects = find_objects(frames, static_pixels, options.flow_height, pool, monitor);
   const Pieces pieces = look_at_pieces(cameras, static_pixels, objects, geometry, options, pool, monitor);
   std::vector<Track> tracks = tracks_of(pieces);

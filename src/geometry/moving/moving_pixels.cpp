@@ -238,7 +238,7 @@ void Search::run() {
 /// Each frame's regions, from its scores and its picture.
 void outline(std::span<const ImageRgb> frames, const Search& search, const MovingOptions& options, ThreadPool& pool,
              Monitor& monitor, std::vector<ValidityMask>& static_pixels) {
-  const DeterministicCv serial;
+  const DeterministicCv deterministic;
   const double smallest = options.smallest * static_cast<double>(search.size().pixels());
   const int count = static_cast<int>(frames.size());
   for (int first = 0; first < count; first += frames_at_once) {
@@ -352,7 +352,7 @@ void take_foreground_whole(std::span<const ImageRgb> frames, std::span<const For
                 found.static_pixels[i].size() == size,
             "take_foreground_whole: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
-  const DeterministicCv serial;
+  const DeterministicCv deterministic;
   moving::adopt_foreground(frames, foreground, options.agreement, options.agreement_frames, pool, found.static_pixels);
   tidy_over_time(options, pool, found);
 }

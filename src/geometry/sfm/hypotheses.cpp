@@ -56,7 +56,7 @@ std::vector<Trial> try_pair(const std::vector<Track>& few, const Exploration& ex
   const auto& [lens, options] = exploration.guesses[guess];
   const std::vector<int> around = frames_around(exploration.keyframes, pair);
   std::vector<Trial> out;
-  for (const TwoViewStart& start : starts_of(few, pair, lens, options.max_error_px)) {
+  for (const TwoViewStart& start : starts_of(few, pair, lens, options.max_error_px, options.seed)) {
     Trial trial{guess, start.from_plane, begin(few, exploration.frames, lens, start, options)};
     grow(trial.reconstruction, few, around, options);
     trial.misfit = misfit(trial.reconstruction, few, around, options.max_error_px);

@@ -62,7 +62,7 @@ void grow(Reconstruction& out, const std::vector<Track>& tracks, std::span<const
   while (!open.empty()) {
     const int frame = best_seen(out, tracks, open);
     open.erase(frame);
-    if (!resect(out, tracks, frame, early)) continue;
+    if (!resect(out, tracks, frame, early, options.seed)) continue;
     ++registered;
     triangulate_all(out, tracks, early, min_ray_angle);
     if (registered < 5 || 4 * registered > 5 * adjusted) {
@@ -75,7 +75,7 @@ void grow(Reconstruction& out, const std::vector<Track>& tracks, std::span<const
     adjust(out, tracks, adjustment(options, true));
     triangulate_all(out, tracks, options.max_error_px, min_ray_angle);
     for (const int f : keyframes)
-      if (!out.cam_from_world[static_cast<std::size_t>(f)]) resect(out, tracks, f, options.max_error_px);
+      if (!out.cam_from_world[static_cast<std::size_t>(f)]) resect(out, tracks, f, options.max_error_px, options.seed);
   }
 }
 
@@ -90,7 +90,7 @@ void settle(Reconstruction& reconstruction, const std::vector<Track>& tracks, co
 }
 
 void place_others(Reconstruction& reconstruction, const std::vector<Track>& tracks, double max_error_px,
-                  ThreadPool& pool) {
+                  std::uint64_t seed, ThreadPool& pool) {
   const auto frames = static_cast<int>(reconstruction.cam_from_world.size());
   std::vector<int> open;
   for (int f = 0; f < frames; ++f)
@@ -99,7 +99,8 @@ void place_others(Reconstruction& reconstruction, const std::vector<Track>& trac
   const Reconstruction& known = reconstruction;
   pool.for_ranges(0, static_cast<int>(open.size()), 1, [&](int from, int to) {
     for (int i = from; i < to; ++i)
-      poses[static_cast<std::size_t>(i)] = find_pose(known, tracks, open[static_cast<std::size_t>(i)], max_error_px);
+      poses[static_cast<std::size_t>(i)] =
+          find_pose(known, tracks, open[static_cast<std::size_t>(i)], max_error_px, seed);
   });
   for (std::size_t i = 0; i < open.size(); ++i)
     reconstruction.cam_from_world[static_cast<std::size_t>(open[i])] = poses[i];

@@ -12,6 +12,7 @@ struct GrowOptions {
   double max_error_px = 2;
   bool refine_focal = false;
   double focal_prior = 0;
+  std::uint64_t seed = 1;
 };
 
 /// The two cameras of `start` and the points both see, adjusted.
@@ -25,7 +26,7 @@ void grow(Reconstruction& reconstruction, const std::vector<Track>& tracks, std:
 void settle(Reconstruction& reconstruction, const std::vector<Track>& tracks, const GrowOptions& options);
 /// Poses for all frames without one, each by itself from the points there are. Nothing else moves.
 void place_others(Reconstruction& reconstruction, const std::vector<Track>& tracks, double max_error_px,
-                  ThreadPool& pool);
+                  std::uint64_t seed, ThreadPool& pool);
 
 /// Mean over the keyframes' observations of the squared error, cut off at max_error^2; observations that nothing
 /// explains count fully. Comparable between reconstructions of the same tracks; smaller is better.

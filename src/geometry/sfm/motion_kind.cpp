@@ -3,8 +3,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace uwv::sfm {
 namespace {
@@ -74,6 +76,30 @@ double median_travel(const std::vector<Track>& tracks, int least) {
     travel.push_back(farthest);
   }
   return median(travel);
+}
+
+Standing standing_tracks(const std::vector<Track>& tracks, int least, double limit_px, Size size) {
+  constexpr int parts = 4;
+  std::array<int, parts * parts> lasting{}, standing{};
+  for (const Track& track : tracks) {
+    if (static_cast<int>(track.pixels.size()) < least) continue;
+    const Eigen::Vector2d& start = track.pixels.front();
+    const int column = std::clamp(static_cast<int>(start.x() * parts / size.width), 0, parts - 1);
+    const int row = std::clamp(static_cast<int>(start.y() * parts / size.height), 0, parts - 1);
+    const auto part = static_cast<std::size_t>(row * parts + column);
+    ++lasting[part];
+    standing[part] += std::all_of(track.pixels.begin(), track.pixels.end(),
+                                  [&](const Eigen::Vector2d& p) { return (p - start).norm() < limit_px; });
+  }
+  const int all = std::accumulate(lasting.begin(), lasting.end(), 0);
+  if (all == 0) return {};
+  int occupied = 0, holding = 0;
+  for (std::size_t i = 0; i < lasting.size(); ++i) {
+    occupied += lasting[i] > 0;
+    holding += lasting[i] > 0 && 4 * standing[i] >= lasting[i];
+  }
+  return {static_cast<double>(std::accumulate(standing.begin(), standing.end(), 0)) / all,
+          static_cast<double>(holding) / occupied};
 }
 
 std::vector<int> choose_keyframes(const std::vector<Track>& tracks, int frames, double step_px) {

@@ -17,10 +17,12 @@ int inliers_of(const Reconstruction& reconstruction, const std::vector<Track>& t
 
 /// The pose by minimal sets; empty when none is found.
 std::optional<Rigid3> ransac_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
-                                  const std::vector<std::size_t>& seen, int frame, double max_error_px) {
+                                  const std::vector<std::size_t>& seen, int frame, double max_error_px,
+                                  std::uint64_t seed) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
-  for (const std::size_t t : seen) {
+  for (const std::size_t i : drawing_order(seen.size(), seed)) {
+    const std::size_t t = seen[i];
     const Eigen::Vector3d& x = *reconstruction.points[t];
     points.emplace_back(x.x(), x.y(), x.z());
     pixels.emplace_back(tracks[t].at(frame).x(), tracks[t].at(frame).y());
@@ -59,7 +61,8 @@ std::vector<Rigid3> neighbours(const Reconstruction& reconstruction, int frame) 
 }  // namespace
 
 std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame,
-                                double max_error_px, int least) {
+                                double max_error_px, std::uint64_t seed) {
+  constexpr int least = 10;  // tracks that carry a pose
   std::vector<std::size_t> seen;
   for (std::size_t t = 0; t < tracks.size(); ++t)
     if (tracks[t].in(frame) && reconstruction.points[t]) seen.push_back(t);
@@ -79,14 +82,15 @@ std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std:
   for (const Rigid3& near : neighbours(reconstruction, frame))
     if (agree < plenty) consider(near, {30 * max_error_px, 4 * max_error_px});
   if (agree < plenty)
-    if (const auto pose = ransac_pose(reconstruction, tracks, seen, frame, max_error_px))
+    if (const auto pose = ransac_pose(reconstruction, tracks, seen, frame, max_error_px, seed))
       consider(*pose, {4 * max_error_px});
   if (agree < needed) return std::nullopt;
   return best;
 }
 
-bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px) {
-  const std::optional<Rigid3> pose = find_pose(reconstruction, tracks, frame, max_error_px);
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
+            std::uint64_t seed) {
+  const std::optional<Rigid3> pose = find_pose(reconstruction, tracks, frame, max_error_px, seed);
   reconstruction.cam_from_world[static_cast<std::size_t>(frame)] = pose;
   return pose.has_value();
 }

@@ -7,10 +7,11 @@
 namespace uwv::sfm {
 
 /// The pose of `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC
-/// over minimal sets. Empty when fewer than `least` tracks or 30 % of them agree.
+/// over minimal sets drawn by the seed. Empty when fewer than 10 tracks or 30 % of them agree.
 std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame,
-                                double max_error_px, int least = 10);
+                                double max_error_px, std::uint64_t seed);
 /// Gives the frame that pose, or none. True when there is one.
-bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px);
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
+            std::uint64_t seed);
 
 }  // namespace uwv::sfm

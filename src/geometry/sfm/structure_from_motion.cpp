@@ -27,8 +27,10 @@ constexpr int tried_per_frame = 200;     // the same while beginnings are compar
 constexpr int least_supported = 12;      // frames on which beginnings are compared, where there are so many
 constexpr int adjusted_frames = 24;      // at least; the others are placed by the adjusted points, as precisely
 constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
-constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains all but noise
-constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
+// A moving camera leaves next to nothing in its place: only what is drawn over the picture, or travels along.
+constexpr double standing_share = 0.25, standing_spread = 0.5;
+constexpr double clear_share = 0.25;  // of min_parallax_px: below, rotation explains all but noise
+constexpr double clear_multiple = 4;  // of min_parallax_px: above, even things that move by themselves are no excuse
 constexpr double convincing_share = 0.5;  // between, a moving camera must halve turning's misfit to be believed
 constexpr double assumed_fov_degrees = 60;
 
@@ -107,6 +109,8 @@ class Job {
 
   SfmResult result() {
     result_.cuts = clip_.cuts;
+    result_.in_shot.assign(static_cast<std::size_t>(clip_.frames), 0);
+    std::fill(result_.in_shot.begin() + shot_.begin, result_.in_shot.begin() + shot_.end, std::uint8_t{1});
     result_.focal_estimated = false;
     if (shot_.length() < 2) return still("no frame has a neighbour of the same shot, so nothing can have moved");
     const int matches = typical_matches(tracks_, shot_.length());
@@ -116,6 +120,12 @@ class Job {
     const double travel = travel_of(tracks_, shot_.length());
     if (travel < still_px)
       return still(fmt::format("half of the tracks stay within {:.2f} px of where they began", travel));
+    const Standing standing = standing_tracks(tracks_, std::min(shot_.length(), 10), still_px / 2, clip_.size);
+    if (standing.share > standing_share && standing.spread > standing_spread)
+      return still(
+          fmt::format("{:.0f} % of the tracks, in {:.0f} % of the picture, do not move; the others move by "
+                      "themselves",
+                      100 * standing.share, 100 * standing.spread));
     const std::vector<int> keyframes = keyframes_of(tracks_, shot_.length(), clip_.size);
     const std::vector<FramePair> pairs = pairs_of(tracks_, keyframes, least_matches);
     if (pairs.empty()) return indeterminate("no two frames apart share enough tracks");
@@ -158,7 +168,7 @@ class Job {
   }
 
   GrowOptions grow_options(bool refine_focal) const {
-    return {options_.max_error_px, refine_focal, lens_of_fov(assumed_fov_degrees, clip_.size).fx};
+    return {options_.max_error_px, refine_focal, lens_of_fov(assumed_fov_degrees, clip_.size).fx, options_.seed};
   }
 
   /// Errors are told in pixels of the full picture, as all of the result's.
@@ -242,7 +252,7 @@ class Job {
     for (int i = 0; i < wanted; ++i) {
       const int frame = wanted > 1 ? i * (shot_.length() - 1) / (wanted - 1) : 0;
       if (!reconstruction.cam_from_world[static_cast<std::size_t>(frame)])
-        resect(reconstruction, used_, frame, options.max_error_px);
+        resect(reconstruction, used_, frame, options.max_error_px, options.seed);
     }
     monitor_.step("bundle adjustment", 1, 2);
     settle(reconstruction, used_, options);
@@ -256,7 +266,7 @@ class Job {
   Reconstruction completed(Reconstruction reconstruction) const {
     reconstruction.points.assign(tracks_.size(), std::nullopt);
     triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
-    place_others(reconstruction, tracks_, options_.max_error_px, pool_);
+    place_others(reconstruction, tracks_, options_.max_error_px, options_.seed, pool_);
     triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
     return reconstruction;
   }
