@@ -10,6 +10,7 @@ add_executable(uwv_bench
   bench/dungeon_clip.cpp
   bench/geometry.cpp
   bench/geometry_depth.cpp
+  bench/geometry_moving.cpp
   bench/geometry_scores.cpp
   bench/geometry_views.cpp
   bench/long_paths.cpp

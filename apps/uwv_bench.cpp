@@ -75,6 +75,12 @@ class CommandLine {
     found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")
         ->capture_default_str();
 
+    CLI::App& moves = subcommand(
+        app, "moving",
+        "What moves before a moving camera and what it hides, against a synthetic scene; example: uwv_bench moving",
+        moving);
+    size_flags(moves);
+
     CLI::App& clip = subcommand(
         app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall",
         save_clip);

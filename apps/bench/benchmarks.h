@@ -62,6 +62,9 @@ std::vector<Table> save_scene(const BenchOptions& options);
 /// Cameras and depth found from the pictures of a clip, against its truth; novel views made with them; their time.
 std::vector<Table> geometry(const BenchOptions& options);
 
+/// What moves before a moving camera, and the background behind it, against a synthetic scene.
+std::vector<Table> moving(const BenchOptions& options);
+
 /// Saves a clip rendered from models with all that is true about it: image/*.png and clip.mp4, depth.npz (scene units),
 /// cameras.json, and foreground/*.png, white where the figure is.
 std::vector<Table> save_clip(const BenchOptions& options);
