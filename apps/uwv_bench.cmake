@@ -12,6 +12,7 @@ add_executable(uwv_bench
   bench/geometry_camera_options.cpp
   bench/geometry_choices.cpp
   bench/geometry_depth.cpp
+  bench/geometry_moving.cpp
   bench/geometry_scores.cpp
   bench/geometry_views.cpp
   bench/long_paths.cpp

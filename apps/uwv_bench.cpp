@@ -87,6 +87,12 @@ class CommandLine {
         ->delimiter(',')
         ->required();
 
+    CLI::App& moves = subcommand(
+        app, "moving",
+        "What moves before a moving camera and what it hides, against a synthetic scene; example: uwv_bench moving",
+        moving);
+    size_flags(moves);
+
     CLI::App& clip = subcommand(
         app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall",
         save_clip);

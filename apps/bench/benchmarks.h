@@ -68,6 +68,9 @@ std::vector<Table> geometry(const BenchOptions& options);
 /// Depth of stereo pairs by the same matcher as clips', with known cameras.
 std::vector<Table> stereo_depth(const BenchOptions& options);
 
+/// What moves before a moving camera, and the background behind it, against a synthetic scene.
+std::vector<Table> moving(const BenchOptions& options);
+
 /// Saves a clip rendered from models with all that is true about it: image/*.png and clip.mp4, depth.npz (scene units),
 /// cameras.json, and foreground/*.png, white where the figure is.
 std::vector<Table> save_clip(const BenchOptions& options);

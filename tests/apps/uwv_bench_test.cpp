@@ -55,6 +55,16 @@ class UwvBench : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(UwvBench, MeasuresWhatMovesAndWhatItHides) {
+  must({"moving", "--width", "208", "--height", "120", "--json", "moving.json"});
+  const nlohmann::json tables = json("moving.json");
+  EXPECT_GT(tables["moving pixels, 7 frames of 208x120"][0]["overlap"], 0.5);
+  const nlohmann::json& background = tables["background of 21 frames of 208x120"];
+  EXPECT_GT(background[0]["psnr"], 25);
+  EXPECT_LT(background[0]["abs_rel"], 0.02);
+  EXPECT_LE(background[1]["seen_%"], background[0]["seen_%"]);
+}
+
 TEST_F(UwvBench, SavesASceneThatReadsBack) {
   must({"scene", "--scene", "boxes_room", "--width", "64", "--height", "40", "--out", "room/of boxes"});
   EXPECT_EQ(read_image(folder_.file("room/of boxes/colour.png")).size(), (Size{64, 40}));

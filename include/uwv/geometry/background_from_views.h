@@ -21,6 +21,9 @@ namespace uwv {
 struct ViewsOptions {
   int margin_px =
       5;  ///< What moves is widened by this: its outline is inexact, blended with what is behind, and shaded.
+  /// Within this share of the picture's height from what moves, a sighting counts only where there is no better one:
+  /// parts of a moving thing that were not found (a foot that rests while it is stood on) are near those that were.
+  double doubt = 0.08;
   /// Other frames that are asked for each frame, spread evenly over `reach_frames` before and after. More: more is
   /// found and less noise, in proportion to the time.
   int views = 12;

@@ -45,9 +45,9 @@ struct MovingOptions {
   double depth_tolerance = 0.05;
   /// Smaller regions are taken for noise; share of the picture. 0.0005 is 14 x 14 pixels of 832 x 480.
   double smallest = 0.0005;
-  /// A piece of the given foreground is taken as a whole when this share of it was found to move. Half of what a camera
-  /// follows shifts along its epipolar lines, and does not show.
-  double agreement = 0.3;
+  /// A piece of the given foreground is taken as a whole when this share of it was found to move: not all of what moves
+  /// shows, but a thing at rest that a moving one touches in the picture is not to be taken along.
+  double agreement = 0.5;
   /// Frames before and after over which that share is averaged: an animal that pauses in mid-stride stays whole, one
   /// that stands still for longer is part of the static scene, and measured.
   int agreement_frames = 8;

@@ -39,6 +39,25 @@ Rgb8 median(std::vector<cv::Vec3f>& values) {
   return {to_byte(out[0]), to_byte(out[1]), to_byte(out[2])};
 }
 
+/// From 0.5 on a confidence is a measurement (scene_geometry.h), but for what is near a moving thing.
+cv::Mat worth_of(const FrameGeometry& geometry, const cv::Mat& moves, int doubt_px) {
+  cv::Mat worth(moves.size(), CV_8U, cv::Scalar(layers::guessed));
+  worth.setTo(layers::measured, layers::view(geometry.confidence) >= 0.5F);
+  cv::Mat near;
+  cv::dilate(moves, near, cv::Mat::ones(2 * doubt_px + 1, 2 * doubt_px + 1, CV_8U));
+  worth.setTo(layers::guessed, near);
+  worth.setTo(layers::nothing, moves);
+  return worth;
+}
+
+/// What several views say of one place: what was measured, else what was guessed.
+template <class T>
+struct Votes {
+  std::vector<T> measured, guessed;
+  void clear() { measured.clear(), guessed.clear(); }
+  std::vector<T>& best() { return measured.empty() ? guessed : measured; }
+};
+
 class Completion {
  public:
   Completion(std::span<const ImageRgb> frames, std::span<const Camera> cameras, std::span<const FrameGeometry> geometry,
@@ -50,11 +69,13 @@ class Completion {
     result_.depth.resize(frames.size());
     result_.origin.resize(frames.size());
     const int side = 2 * options.margin_px + 1;
+    const int doubt_px = static_cast<int>(std::lround(options.doubt * frames[0].height()));
     const cv::Mat around = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
     pool.run(count_, [&](int i) {
       cv::Mat grown;
       cv::dilate(layers::view(foreground[at(i)]), grown, around);
-      views_[at(i)] = {&frames[at(i)], &geometry[at(i)].depth, &cameras[at(i)], grown == 0};
+      views_[at(i)] = {&frames[at(i)], &geometry[at(i)].depth, &cameras[at(i)],
+                       worth_of(geometry[at(i)], grown, doubt_px)};
       result_.depth[at(i)] = geometry[at(i)].depth;
       sanitize_depth(result_.depth[at(i)]);
       result_.origin[at(i)] = Image<std::uint8_t>(frames[at(i)].size(), own);
@@ -78,7 +99,7 @@ class Completion {
   }
 
  private:
-  cv::Mat hidden(int i) const { return views_[at(i)].fixed == 0; }
+  cv::Mat hidden(int i) const { return views_[at(i)].worth == layers::nothing; }
 
   /// Frames to be asked about frame i, spread evenly over the reach.
   std::vector<int> others_of(int i) const {
@@ -96,50 +117,81 @@ class Completion {
     const cv::Mat hole = hidden(i);
     const cv::Rect box = cv::boundingRect(hole);
     if (box.area() == 0) return;
-    std::vector<cv::Mat_<float>> sightings;
+    std::vector<layers::DepthSighting> sightings;
     for (const int other : others_of(i))
       sightings.push_back(layers::splat_depth(views_[at(other)], *views_[at(i)].camera, box));
     DepthMap& depth = result_.depth[at(i)];
     cv::Mat unseen = cv::Mat::zeros(hole.size(), CV_8U);
-    std::vector<float> inverse_depths;
+    Votes<float> votes;
     for (int y = box.y; y < box.y + box.height; ++y)
       for (int x = box.x; x < box.x + box.width; ++x) {
         if (hole.at<std::uint8_t>(y, x) == 0) continue;
-        inverse_depths.clear();
-        for (const cv::Mat_<float>& sighting : sightings)
-          if (sighting(y - box.y, x - box.x) > 0) inverse_depths.push_back(sighting(y - box.y, x - box.x));
-        const float w = layers::agreed_surface(inverse_depths, options_.depth_tolerance);
+        votes.clear();
+        for (const layers::DepthSighting& sighting : sightings) {
+          const float sure = sighting.by_measured(y - box.y, x - box.x);
+          const float vague = sighting.by_guessed(y - box.y, x - box.x);
+          if (sure > 0) votes.measured.push_back(sure);
+          if (vague > 0) votes.guessed.push_back(vague);
+        }
+        const float w = layers::agreed_surface(votes.best(), options_.depth_tolerance);
         depth(x, y) = w > 0 && is_valid_depth(1 / w) ? 1 / w : 0.0F;
         if (!(depth(x, y) > 0)) unseen.at<std::uint8_t>(y, x) = 255;
       }
     layers::fill_smoothly(depth, unseen);
   }
 
+  /// The frames within reach that others_of leaves out, nearest first.
+  std::vector<int> rest_of(int i, const std::vector<int>& asked) const {
+    std::vector<int> rest;
+    for (int away = 1; away <= options_.reach_frames; ++away)
+      for (const int other : {i - away, i + away})
+        if (other >= 0 && other < count_ && std::find(asked.begin(), asked.end(), other) == asked.end())
+          rest.push_back(other);
+    return rest;
+  }
+
+  /// Adds what one view says of places of frame i.
+  void ask(int i, int other, const std::vector<cv::Point>& places, std::vector<Votes<cv::Vec3f>>& votes) const {
+    const layers::ViewLookup lookup(*views_[at(i)].camera, views_[at(other)], options_.depth_tolerance);
+    const auto factor =
+        options_.match_exposure ? layers::view_gain(views_[at(i)], lookup) : std::array<float, 3>{1, 1, 1};
+    const cv::Vec3f gain(factor[0], factor[1], factor[2]);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const float z = result_.depth[at(i)](places[k].x, places[k].y);
+      cv::Vec3f colour;
+      if (!(z > 0)) continue;
+      const layers::Worth worth = lookup.colour({places[k].x + 0.5, places[k].y + 0.5}, z, colour);
+      if (worth == layers::measured) votes[k].measured.push_back(colour.mul(gain));
+      if (worth == layers::guessed) votes[k].guessed.push_back(colour.mul(gain));
+    }
+  }
+
+  void settle(int i, const std::vector<cv::Point>& places, std::vector<Votes<cv::Vec3f>>& votes) {
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      std::vector<cv::Vec3f>& best = votes[k].best();
+      result_.origin[at(i)](places[k].x, places[k].y) = best.empty() ? invented : seen;
+      if (!best.empty()) result_.frames[at(i)](places[k].x, places[k].y) = median(best);
+    }
+  }
+
   void find_colour(int i) {
-    const cv::Mat hole = hidden(i);
-    std::vector<cv::Point> missing;
-    cv::findNonZero(hole, missing);
-    if (missing.empty()) return;
-    std::vector<layers::ViewLookup> lookups;
-    std::vector<cv::Vec3f> gains;
-    for (const int other : others_of(i)) {
-      const StaticView& view = views_[at(other)];
-      lookups.emplace_back(*views_[at(i)].camera, view, options_.depth_tolerance);
-      const auto gain =
-          options_.match_exposure ? layers::view_gain(views_[at(i)], lookups.back()) : std::array<float, 3>{1, 1, 1};
-      gains.emplace_back(gain[0], gain[1], gain[2]);
-    }
-    std::vector<cv::Vec3f> colours;
-    for (const cv::Point& p : missing) {
-      const float z = result_.depth[at(i)](p.x, p.y);
-      colours.clear();
-      for (std::size_t k = 0; z > 0 && k < lookups.size(); ++k) {
-        cv::Vec3f colour;
-        if (lookups[k].colour({p.x + 0.5, p.y + 0.5}, z, colour)) colours.push_back(colour.mul(gains[k]));
+    std::vector<cv::Point> places;
+    cv::findNonZero(hidden(i), places);
+    std::vector<Votes<cv::Vec3f>> votes(places.size());
+    const std::vector<int> asked = others_of(i);
+    for (const int other : asked) ask(i, other, places, votes);
+    settle(i, places, votes);
+    // Places that no frame asked has surely seen: any other frame will do.
+    std::vector<cv::Point> open;
+    std::vector<Votes<cv::Vec3f>> open_votes;
+    for (std::size_t k = 0; k < places.size(); ++k)
+      if (votes[k].measured.empty()) {
+        open.push_back(places[k]);
+        open_votes.push_back(std::move(votes[k]));
       }
-      result_.origin[at(i)](p.x, p.y) = colours.empty() ? invented : seen;
-      if (!colours.empty()) result_.frames[at(i)](p.x, p.y) = median(colours);
-    }
+    if (open.empty()) return;
+    for (const int other : rest_of(i, asked)) ask(i, other, open, open_votes);
+    settle(i, open, open_votes);
   }
 
   /// Takes over what was invented for the frame before where it shows the same place; inpaints what is left.
@@ -149,14 +201,14 @@ class Completion {
     if (i > 0) {
       // What the frame before hides or has invented; its own pixels are sightings, which were looked at already.
       StaticView before{&result_.frames[at(i - 1)], &result_.depth[at(i - 1)], views_[at(i - 1)].camera,
-                        cv::Mat(missing.size(), CV_8U, cv::Scalar(255))};
+                        cv::Mat(missing.size(), CV_8U, cv::Scalar(layers::measured))};
       const layers::ViewLookup lookup(*views_[at(i)].camera, before, 2 * options_.depth_tolerance);
       std::vector<cv::Point> open;
       cv::findNonZero(missing, open);
       for (const cv::Point& p : open) {
         cv::Vec3f colour;
         const float z = result_.depth[at(i)](p.x, p.y);
-        if (!(z > 0) || !lookup.colour({p.x + 0.5, p.y + 0.5}, z, colour)) continue;
+        if (!(z > 0) || lookup.colour({p.x + 0.5, p.y + 0.5}, z, colour) == layers::nothing) continue;
         result_.frames[at(i)](p.x, p.y) = {to_byte(colour[0]), to_byte(colour[1]), to_byte(colour[2])};
         missing.at<std::uint8_t>(p) = 0;
       }
@@ -201,6 +253,7 @@ class Completion {
 
 void ViewsOptions::check() const {
   require(margin_px >= 0, "background: margin_px must not be negative, got {}", margin_px);
+  require(doubt >= 0 && doubt < 1, "background: doubt {} is outside [0, 1)", doubt);
   require(views >= 1, "background: views must be positive, got {}", views);
   require(reach_frames >= 1, "background: reach_frames must be positive, got {}", reach_frames);
   require(depth_tolerance > 0 && depth_tolerance < 1, "background: depth_tolerance {} is outside (0, 1)",
@@ -226,7 +279,8 @@ ViewsBackground background_from_views(std::span<const ImageRgb> frames, std::spa
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Size size = frames[0].size();
     require(size.pixels() > 0 && frames[i].size() == size && cameras[i].size == size &&
-                geometry[i].depth.size() == size && foreground[i].size() == size,
+                geometry[i].depth.size() == size && geometry[i].confidence.size() == size &&
+                foreground[i].size() == size,
             "background_from_views: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
   const auto begin = std::chrono::steady_clock::now();

@@ -38,27 +38,29 @@ void close_pinholes(cv::Mat_<float>& inverse_depth) {
 
 }  // namespace
 
-cv::Mat_<float> splat_depth(const StaticView& from, const Camera& to, const cv::Rect& box) {
+DepthSighting splat_depth(const StaticView& from, const Camera& to, const cv::Rect& box) {
   const PixelMove move(*from.camera, to);
   const DepthMap& depth = *from.depth;
-  cv::Mat_<float> nearest(box.size(), 0.0F);
+  DepthSighting out{cv::Mat_<float>(box.size(), 0.0F), cv::Mat_<float>(box.size(), 0.0F)};
   for (int y = 0; y < depth.height(); ++y) {
-    const std::uint8_t* fixed = from.fixed.ptr<std::uint8_t>(y);
+    const std::uint8_t* worth = from.worth.ptr<std::uint8_t>(y);
     Eigen::Vector3d ray = move.rotate * Eigen::Vector3d(0.5, y + 0.5, 1);
     for (int x = 0; x < depth.width(); ++x, ray += move.rotate.col(0)) {
       const float z = depth(x, y);
-      if (fixed[x] == 0 || !is_valid_depth(z)) continue;
+      if (worth[x] == nothing || !is_valid_depth(z)) continue;
       const Eigen::Vector3d landed = ray * static_cast<double>(z) + move.shift;
       if (!(landed.z() > 0)) continue;
       const double inverse = 1 / landed.z();
       const double u = landed.x() * inverse - box.x, v = landed.y() * inverse - box.y;
       if (!(u >= 0 && v >= 0 && u < box.width && v < box.height)) continue;
+      cv::Mat_<float>& nearest = worth[x] == measured ? out.by_measured : out.by_guessed;
       float& there = nearest(static_cast<int>(v), static_cast<int>(u));
       there = std::max(there, static_cast<float>(inverse));
     }
   }
-  close_pinholes(nearest);
-  return nearest;
+  close_pinholes(out.by_measured);
+  close_pinholes(out.by_guessed);
+  return out;
 }
 
 float agreed_surface(std::vector<float>& inverse_depths, double tolerance) {
@@ -81,20 +83,21 @@ ViewLookup::ViewLookup(const Camera& own, const StaticView& other, double tolera
   shift_ = move.shift;
 }
 
-bool ViewLookup::colour(const Eigen::Vector2d& pixel, double z, cv::Vec3f& out) const {
+Worth ViewLookup::colour(const Eigen::Vector2d& pixel, double z, cv::Vec3f& out) const {
   const Eigen::Vector3d landed = rotate_ * pixel.homogeneous() * z + shift_;
-  if (!(landed.z() > 0)) return false;
+  if (!(landed.z() > 0)) return nothing;
   const double u = landed.x() / landed.z() - 0.5, v = landed.y() / landed.z() - 0.5;
   const ImageRgb& colour = *other_.colour;
-  if (!(u >= 0 && v >= 0 && u <= colour.width() - 1 && v <= colour.height() - 1)) return false;
+  if (!(u >= 0 && v >= 0 && u <= colour.width() - 1 && v <= colour.height() - 1)) return nothing;
   const int x0 = std::min(static_cast<int>(u), std::max(0, colour.width() - 2));
   const int y0 = std::min(static_cast<int>(v), std::max(0, colour.height() - 2));
   const int x1 = std::min(x0 + 1, colour.width() - 1), y1 = std::min(y0 + 1, colour.height() - 1);
   const double there = (*other_.depth)(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
-  if (!(std::abs(there - landed.z()) <= tolerance_ * landed.z())) return false;
+  if (!(std::abs(there - landed.z()) <= tolerance_ * landed.z())) return nothing;
+  std::uint8_t worth = measured;
   for (const int y : {y0, y1})
-    for (const int x : {x0, x1})
-      if (other_.fixed.at<std::uint8_t>(y, x) == 0) return false;
+    for (const int x : {x0, x1}) worth = std::min(worth, other_.worth.at<std::uint8_t>(y, x));
+  if (worth == nothing) return nothing;
   const auto a = static_cast<float>(u - x0), b = static_cast<float>(v - y0);
   const cv::Mat pixels = view(colour);
   const cv::Vec3f upper =
@@ -102,7 +105,7 @@ bool ViewLookup::colour(const Eigen::Vector2d& pixel, double z, cv::Vec3f& out) 
   const cv::Vec3f lower =
       cv::Vec3f(pixels.at<cv::Vec3b>(y1, x0)) * (1 - a) + cv::Vec3f(pixels.at<cv::Vec3b>(y1, x1)) * a;
   out = upper * (1 - b) + lower * b;
-  return true;
+  return static_cast<Worth>(worth);
 }
 
 std::array<float, 3> view_gain(const StaticView& own, const ViewLookup& lookup) {
@@ -113,8 +116,8 @@ std::array<float, 3> view_gain(const StaticView& own, const ViewLookup& lookup) 
     for (int x = stride / 2; x < own.depth->width(); x += stride) {
       const float z = (*own.depth)(x, y);
       cv::Vec3f seen;
-      if (own.fixed.at<std::uint8_t>(y, x) == 0 || !is_valid_depth(z)) continue;
-      if (!lookup.colour({x + 0.5, y + 0.5}, z, seen)) continue;
+      if (own.worth.at<std::uint8_t>(y, x) == nothing || !is_valid_depth(z)) continue;
+      if (lookup.colour({x + 0.5, y + 0.5}, z, seen) == nothing) continue;
       const Rgb8 colour = (*own.colour)(x, y);
       here += cv::Vec3d(colour.r, colour.g, colour.b);
       there += cv::Vec3d(seen);

@@ -12,16 +12,23 @@
 
 namespace uwv::layers {
 
-/// A frame with its camera, its depth and where it shows the static scene (CV_8U, 255 = static).
+/// Of a frame's pixels, what they are worth for other frames.
+enum Worth : std::uint8_t { nothing = 0, guessed = 1, measured = 2 };
+
+/// A frame with its camera, its depth and what each pixel is worth (CV_8U, Worth): nothing where it moves, guessed
+/// where its depth was filled in. Parts of moving things that were not found have depth that was filled in.
 struct StaticView {
   const ImageRgb* colour;
   const DepthMap* depth;
   const Camera* camera;
-  cv::Mat fixed;
+  cv::Mat worth;
 };
 
-/// For each pixel of `box`, inverse depth of the nearest static point of `from` that lands there in `to`; 0 = none.
-cv::Mat_<float> splat_depth(const StaticView& from, const Camera& to, const cv::Rect& box);
+/// For each pixel of `box`, inverse depth of the nearest static point that lands there; 0 = none.
+struct DepthSighting {
+  cv::Mat_<float> by_measured, by_guessed;
+};
+DepthSighting splat_depth(const StaticView& from, const Camera& to, const cv::Rect& box);
 
 /// Of inverse depths seen by several views (reordered), that of the nearest surface that enough of them agree on; 0
 /// when there are none.
@@ -34,7 +41,7 @@ class ViewLookup {
   ViewLookup(const Camera& own, const StaticView& other, double tolerance);
   /// The colour (0..255) of the point seen at `pixel` of the own frame with depth z; false where the other view does
   /// not see that surface.
-  bool colour(const Eigen::Vector2d& pixel, double z, cv::Vec3f& out) const;
+  Worth colour(const Eigen::Vector2d& pixel, double z, cv::Vec3f& out) const;
 
  private:
   const StaticView& other_;

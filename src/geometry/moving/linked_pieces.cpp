@@ -150,15 +150,17 @@ cv::Mat colour_odds(const cv::Mat& picture, const cv::Mat& adopted, int reach) {
 /// goes back to the static scene, and feet that the foreground has lost are found again. `moves` is changed.
 void settle_outline(const cv::Mat& picture, const cv::Mat& adopted, cv::Mat& moves) {
   constexpr float sure = 1, unlike = -0.7F;  // Dark clothes before a dark wall must not cost what motion has found.
-  const int reach = std::max(2, moves.rows / 32);
+  const int reach = std::max(2, moves.rows / 24), surroundings = 2 * reach;
   cv::Mat near, nearer;
   cv::dilate(adopted, near, disc(reach));
-  cv::dilate(adopted | (moves & near), nearer, disc(std::max(1, reach / 2)));
-  const cv::Rect box = cv::boundingRect(near | nearer);
-  const cv::Mat odds = colour_odds(picture(box), adopted(box), reach);
+  cv::dilate(adopted | (moves & near), nearer, disc(reach));
+  cv::Rect box = cv::boundingRect(nearer);
+  box = cv::Rect(box.x - reach, box.y - reach, box.width + 2 * reach, box.height + 2 * reach) &
+        cv::Rect(0, 0, moves.cols, moves.rows);
+  const cv::Mat odds = colour_odds(picture(box), adopted(box), surroundings);
   const cv::Mat own = adopted(box);
   cv::Mat inside = own | (moves(box) & near(box) & (odds > unlike)) | (nearer(box) & (odds > sure));
-  cv::morphologyEx(inside, inside, cv::MORPH_OPEN, disc(std::max(1, reach / 7)));
+  cv::morphologyEx(inside, inside, cv::MORPH_OPEN, disc(std::max(1, reach / 10)));
   inside |= own;
   cv::Mat labels, kept = cv::Mat::zeros(inside.size(), CV_8U);
   std::vector<std::uint8_t> touches(at(cv::connectedComponents(inside, labels, 8, CV_32S)), 0);

@@ -13,6 +13,9 @@
 namespace uwv::moving {
 namespace {
 
+/// Parts smaller than this share of an object's largest do not say where it stands, or that it is cut.
+constexpr double splinter = 0.1;
+
 /// A static pixel beside a piece: its place relative to the foot, and its inverse depth.
 struct GroundSample {
   double dx, dy, inverse_depth;
@@ -156,22 +159,27 @@ std::vector<Piece> join_pieces(const std::vector<Piece>& pieces, const std::vect
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   std::vector<int> new_label(pieces.size() + 1, 0);
+  const auto place_of = [&](std::size_t i) {
+    return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), objects[i]) - numbers.begin());
+  };
+  std::vector<int> largest(numbers.size(), 0);
+  for (std::size_t i = 0; i < pieces.size(); ++i) largest[place_of(i)] = std::max(largest[place_of(i)], pieces[i].area);
   std::vector<Piece> joined(numbers.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const auto place = std::lower_bound(numbers.begin(), numbers.end(), objects[i]) - numbers.begin();
-    Piece& whole = joined[static_cast<std::size_t>(place)];
-    whole.label = new_label[static_cast<std::size_t>(pieces[i].label)] = static_cast<int>(place) + 1;
+    Piece& whole = joined[place_of(i)];
+    whole.label = new_label[static_cast<std::size_t>(pieces[i].label)] = static_cast<int>(place_of(i)) + 1;
     whole.box = whole.area > 0 ? whole.box | pieces[i].box : pieces[i].box;
     whole.area += pieces[i].area;
+    if (pieces[i].area < splinter * largest[place_of(i)]) continue;
     whole.cut_sideways = whole.cut_sideways || pieces[i].cut_sideways;
     whole.cut_upright = whole.cut_upright || pieces[i].cut_upright;
+    if (pieces[i].foot.y() > whole.foot.y()) whole.foot = pieces[i].foot;
   }
   for (int y = 0; y < labels.rows; ++y)
     for (int x = 0; x < labels.cols; ++x) {
       int& label = labels.at<int>(y, x);
       label = new_label[static_cast<std::size_t>(label)];
     }
-  for (Piece& piece : joined) piece.foot = foot_of(piece, labels);
   return joined;
 }
 

@@ -32,6 +32,7 @@ std::vector<Piece> find_pieces(const ValidityMask& static_pixels, cv::Mat& label
 
 /// The same with the pieces of one object made one: piece i becomes part of object objects[i]. The labels become 1 +
 /// the index in the result, whose order is that of the objects. `numbers` (same order) tells which objects they are.
+/// The foot is the lowest one of the larger parts.
 std::vector<Piece> join_pieces(const std::vector<Piece>& pieces, const std::vector<int>& objects, cv::Mat& labels,
                                std::vector<int>& numbers);
 
