@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/geometry.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -130,7 +132,11 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   return table;
 }
 
+namespace {
+
 constexpr std::string_view known_tables[] = {"cameras", "camera_options", "choices", "depth", "stages", "views"};
+
+}  // namespace
 
 std::vector<Table> geometry(const BenchOptions& options) {
   options.check();

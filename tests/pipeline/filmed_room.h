@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,11 @@ class FilmedRoom : public ::testing::Test {
     options_.traj = "left";
     options_.fov = 60;
     options_.renderer = RendererChoice::cpu;
+  }
+
+  nlohmann::json record() const {
+    std::ifstream file(options_.out + "/run.json");
+    return nlohmann::json::parse(file);
   }
 
   std::string error_of_run() {
