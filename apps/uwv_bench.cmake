@@ -9,6 +9,7 @@ add_executable(uwv_bench
   bench/depth_width.cpp
   bench/dungeon_clip.cpp
   bench/geometry.cpp
+  bench/geometry_choices.cpp
   bench/geometry_depth.cpp
   bench/geometry_scores.cpp
   bench/geometry_views.cpp

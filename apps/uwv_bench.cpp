@@ -64,7 +64,7 @@ class CommandLine {
         geometry);
     frames_flag(found);
     found.add_option("--recording", options_.recording, "Folder of a clip with known cameras and depth")->required();
-    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views")
+    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views,choices")
         ->delimiter(',')
         ->capture_default_str();
     found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,..")

@@ -121,8 +121,8 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
 std::vector<Table> geometry(const BenchOptions& options) {
   options.check();
   for (const std::string& table : options.tables)
-    if (table != "cameras" && table != "depth" && table != "stages" && table != "views")
-      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, depth, stages or views", table);
+    if (table != "cameras" && table != "depth" && table != "stages" && table != "views" && table != "choices")
+      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, depth, stages, views or choices", table);
   ResizePolicy resize;
   if (options.no_resize) resize.mode = ResizePolicy::Mode::none;
   ThreadPool pool(options.threads);
@@ -130,6 +130,8 @@ std::vector<Table> geometry(const BenchOptions& options) {
   const TrueClip truth = read_true_clip(options.recording, options.frames, resize);
   std::vector<Table> tables;
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
+  if (wanted(options, "choices"))
+    for (Table& table : choice_tables(truth, options, pool)) tables.push_back(std::move(table));
   if (!wanted(options, "cameras") && !wanted(options, "depth") && !wanted(options, "views")) return tables;
   const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
                         find_cameras(truth, false, pool, monitor)};

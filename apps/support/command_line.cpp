@@ -36,6 +36,11 @@ RunFlags::RunFlags(CLI::App& command) {
       option->type_name(info.value);
     }
     option->group(info.group);
+    if (name == "layers")
+      command
+          .add_flag_function(
+              "--no-layers", [this](std::int64_t) { typed_.emplace_back("layers", "off"); }, "short for --layers off")
+          ->group(info.group);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "pipeline/channel.h"
+#include "pipeline/merged_cloud.h"
 #include "pipeline/stage.h"
 #include "uwv/io/depth_writer.h"
 
@@ -96,6 +97,7 @@ struct Tally {
   double render_seconds = 0;
   std::size_t valid = 0;
   std::size_t from_background = 0;  ///< Pixels that only the background layer knows.
+  MergeTally merged;
   std::map<std::string, long> skipped;
 
   void add(const FrameReport& report, const RenderedFrame& frame) {
@@ -148,7 +150,7 @@ void write_files(ConditioningFiles& files, Channel<Rendered>& from) {
   while (const std::optional<Rendered> rendered = from.pop()) files.write(*rendered);
 }
 
-Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>& into) {
+Tally render_frames(const Workshop& shop, OtherViews* views, SourceChannel& from, Channel<Rendered>& into) {
   const Plan& plan = shop.plan;
   const ChannelCloser no_more_sources(from);
   const ChannelCloser no_more_frames(into);
@@ -163,22 +165,20 @@ Tally render_frames(const Workshop& shop, SourceChannel& from, Channel<Rendered>
     const Camera source_camera = plan.source_camera(target.source_frame);
     const FrameReport report = renderer.render((*source)->seen_by(source_camera), target.camera, rendered.frame,
                                                plan.options.save_masks ? &rendered.masks : nullptr);
-    if ((*source)->background) {
+    const bool is_source = plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity;
+    if (is_source) put_source(**source, rendered.frame);
+    if (views != nullptr && !is_source)
+      tally.merged.add(views->fill((*source)->seen_by(source_camera), target.camera, rendered.frame));
+    if ((*source)->background && !is_source) {
       RenderedFrame behind;
       background_renderer.render((*source)->background_seen_by(source_camera), target.camera, behind);
       put_behind(behind, rendered.frame, tally.from_background);
     }
-    if (plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity)
-      put_source(**source, rendered.frame);
     tally.add(report, rendered.frame);
     if (!into.push(std::move(rendered))) break;
     shop.monitor.step("conditioning", tally.frames, plan.frames());
   }
   return tally;
-}
-
-const char* layer_absent(const Plan& plan) {
-  return plan.options.layers ? "skipped: the geometry has none" : "skipped: --no-layers";
 }
 
 }  // namespace
@@ -207,12 +207,16 @@ std::vector<std::string> conditioning_files(const RunOptions& options) {
 ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) {
   const Plan& plan = shop.plan;
   ConditioningFiles files(plan, into, shop.monitor);
+  MergeTally gathered;
+  const std::unique_ptr<OtherViews> views = gather_views(shop, gathered);
   SourceChannel sources(frames_in_flight(plan.size()));
   Channel<Rendered> rendered(frames_in_flight(plan.size()));
   // Whichever of the three fails closes its channels, which ends the other two; get() then rethrows.
   std::future<void> reading = std::async(std::launch::async, [&] { read_sources(plan, sources); });
   std::future<void> writing = std::async(std::launch::async, [&] { write_files(files, rendered); });
-  const Tally tally = render_frames(shop, sources, rendered);
+  Tally tally = render_frames(shop, views.get(), sources, rendered);
+  tally.merged.kept = gathered.kept;
+  tally.merged.gather_seconds = gathered.gather_seconds;
   reading.get();
   writing.get();
   if (tally.frames == 0) fail(ErrorCode::file_damaged, "{}: none of its frames could be read", plan.options.video);
@@ -230,7 +234,10 @@ ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) 
           {"render_ms_per_frame", 1000 * tally.render_seconds / static_cast<double>(tally.frames)},
           {"valid_share", static_cast<double>(tally.valid) / pixels},
           {"background_share", static_cast<double>(tally.from_background) / pixels},
-          {"background_layer", plan.source->has_background() ? "drawn" : layer_absent(plan)}};
+          {"background_layer", plan.source->has_background() ? "drawn" : "skipped: " + plan.choices.plan.layers.reason},
+          {"other_frames", views ? tally.merged.to_json(pixels, tally.frames)
+                                 : ordered_json("skipped: " + plan.choices.plan.cloud.reason)},
+          {"brief", plan.choices.brief()}};
 }
 
 }  // namespace uwv::pipeline

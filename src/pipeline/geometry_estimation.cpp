@@ -8,10 +8,10 @@
 #include "pipeline/clip_foreground.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
+#include "pipeline/scene_choices.h"
 #include "uwv/geometry/background_completion.h"
 #include "uwv/geometry/moving_objects.h"
 #include "uwv/geometry/planar_prior.h"
-#include "uwv/geometry/scene_profile.h"
 
 namespace uwv::pipeline {
 namespace {
@@ -45,11 +45,6 @@ ordered_json facts_of(const SfmResult& sfm) {
   return facts;
 }
 
-template <class T>
-ordered_json decision(const T& choice, const std::string& reason, const std::string& saves, bool forced) {
-  return {{"choice", choice}, {"reason", reason}, {"saves", saves}, {"forced", forced}};
-}
-
 /// The steps of an estimation, each noting in `facts_` what it found or why it was left out.
 class Estimation {
  public:
@@ -67,6 +62,7 @@ class Estimation {
       measure();
     else
       assume();
+    result_.facts["profile"] = to_json(profile_);
     result_.facts["brief"] = brief_;
     return std::move(result_);
   }
@@ -93,20 +89,23 @@ class Estimation {
   }
 
   GeometryProvider choose() {
-    SceneProfile profile;
-    profile.size = size();
-    profile.frames = static_cast<int>(frames_.size());
-    profile.motion = sfm_.motion;
-    profile.parallax_px = sfm_.parallax_px;
-    profile.rms_error_px = sfm_.rms_error_px;
-    profile.registered_share = registered_share(sfm_);
-    profile.cuts = static_cast<int>(sfm_.cuts.size());
+    profile_.size = size();
+    profile_.frames = static_cast<int>(frames_.size());
+    profile_.motion = sfm_.motion;
+    profile_.parallax_px = sfm_.parallax_px;
+    profile_.parallax_per_frame_px = parallax_per_frame(sfm_);
+    profile_.rms_error_px = sfm_.rms_error_px;
+    profile_.registered_share = registered_share(sfm_);
+    profile_.cuts = static_cast<int>(sfm_.cuts.size());
     GeometryPlanOptions wishes;
     wishes.min_parallax_px = options_.min_parallax_px;
     if (options_.geometry == GeometryChoice::prior) wishes.provider = GeometryProvider::prior;
-    const GeometryPlan plan = plan_geometry(profile, wishes);
+    if (options_.mvs_key_stride > 0) wishes.key_stride = options_.mvs_key_stride;
+    const GeometryPlan plan = plan_geometry(profile_, wishes);
     const auto& chosen = plan.provider;
-    result_.facts["choice"] = decision(to_string(chosen.choice), chosen.reason, chosen.saves, chosen.forced);
+    result_.facts["choice"] = to_json(chosen);
+    result_.facts["key_stride"] = to_json(plan.key_stride);
+    key_stride_ = plan.key_stride.choice;
     if (options_.geometry == GeometryChoice::sfm && chosen.choice != GeometryProvider::sfm)
       fail(ErrorCode::value_invalid,
            "{}: depth cannot be measured from it: {}; use --geometry auto or prior, or give --depth", options_.video,
@@ -124,8 +123,12 @@ class Estimation {
     const bool something_moves = moving.moving_share > GeometryPlanOptions{}.min_layer_motion;
     const std::span<const ValidityMask> static_pixels =
         something_moves ? std::span<const ValidityMask>(moving.static_pixels) : std::span<const ValidityMask>();
-    const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, mvs_options(options_),
-                                             pool_, monitor_, result_.scene.frames);
+    MvsOptions stereo = mvs_options(options_);
+    stereo.key_stride = key_stride_;
+    const MvsSummary mvs = multi_view_stereo(frames_, sfm_.cameras, sfm_.points, static_pixels, stereo, pool_, monitor_,
+                                             result_.scene.frames);
+    profile_.moving_share = moving.moving_share;
+    profile_.measured_share = mvs.measured_share;
     result_.facts["multi_view_stereo"] = {{"matched_frames", mvs.matched_frames},
                                           {"measured_share", mvs.measured_share},
                                           {"seconds", mvs.seconds},
@@ -164,6 +167,7 @@ class Estimation {
   void assume() {
     const StageClock clock;
     ClipForeground foreground = find_clip_foreground(options_, frames_, pool_, monitor_);
+    if (frames_.size() > 1) profile_.moving_share = mean_share(foreground.masks);
     PlanarPriorOptions prior_options;
     prior_options.locked_off = sfm_.motion == ClipMotion::still;
     PlanarPriorResult prior = planar_prior(frames_, foreground.masks, lens(), prior_options, pool_, monitor_);
@@ -195,8 +199,8 @@ class Estimation {
   /// The scene without its foreground, laid out like the scene with it.
   void complete_behind(const std::vector<ForegroundMask>& foreground, PlanarPriorOptions layout,
                        const PlanarPriorResult& with_foreground) {
-    if (foreground.empty() || !options_.layers) {
-      result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --no-layers";
+    if (foreground.empty() || options_.layers == LayerChoice::off) {
+      result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --layers off";
       return;
     }
     CompletionOptions completion;
@@ -230,6 +234,8 @@ class Estimation {
   ThreadPool& pool_;
   Monitor& monitor_;
   SfmResult sfm_;
+  SceneProfile profile_;
+  int key_stride_ = 1;
   std::string brief_;
   EstimatedGeometry result_;
 };

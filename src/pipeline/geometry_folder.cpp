@@ -50,7 +50,7 @@ void write_background(const GeometryFolder& folder, const BackgroundLayer& backg
 }
 
 void write_confidences(const GeometryFolder& folder, const SceneGeometry& geometry, Size size) {
-  NpzWriter writer(folder.path + "/confidence.npz");
+  NpzWriter writer(folder.confidence());
   constexpr int fast = 1;  // flat regions shrink to nothing at any level
   writer.begin("confidence", DType::u8, {static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width)},
                fast);
@@ -100,6 +100,7 @@ std::optional<GeometryFolder> open_geometry_folder(const std::string& path) {
     fail(ErrorCode::file_damaged, "{}: found no JSON object; make the folder anew", description_path);
   GeometryFolder folder;
   folder.path = path;
+  folder.description = description;
   folder.start = whole_number(description, "start", 0, description_path);
   folder.stride = whole_number(description, "stride", 1, description_path);
   folder.frames = whole_number(description, "frames", 1, description_path);

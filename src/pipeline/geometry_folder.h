@@ -25,11 +25,14 @@ struct GeometryFolder {
   std::string path;
   long start = 0, stride = 1, frames = 0;  ///< Which frames of the clip it is of.
   bool has_foreground = false, has_background = false;
+  nlohmann::json description =
+      nlohmann::json::object();  ///< All of geometry.json; an empty object for a folder yet to be written.
 
   std::string depth() const { return path + "/depth.npz"; }
   std::string cameras() const { return path + "/cameras.json"; }
   std::string foreground() const { return has_foreground ? path + "/foreground_mask.mp4" : ""; }
   std::string background() const { return path + "/background.mp4"; }
+  std::string confidence() const { return path + "/confidence.npz"; }
   std::string background_depth() const { return path + "/background_depth.npz"; }
 };
 

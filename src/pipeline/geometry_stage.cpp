@@ -56,7 +56,8 @@ std::vector<DepthMap> read_relative(const RunOptions& options, Size size, std::s
 std::string geometry_key(const RunOptions& options, const ordered_json& inputs) {
   ordered_json clip = to_json(options, OptionScope::clip), files = inputs;
   clip.erase("video");
-  for (const char* name : {"depth_kind", "depth_scale", "depth_key", "layers"}) clip[name] = to_json(options)[name];
+  for (const char* name : {"depth_kind", "depth_scale", "depth_key"}) clip[name] = to_json(options)[name];
+  clip["background"] = options.layers != LayerChoice::off;  // auto and on differ in what is drawn only
   for (auto& [name, identity] : files.items()) identity.erase("path");
   const std::string saliency = saliency_model_file(options.saliency_model);
   const ordered_json all = {{"stage", geometry_folder_name},

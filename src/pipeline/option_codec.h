@@ -42,6 +42,16 @@ struct EnumNames<GeometryChoice> {
                                                                         {GeometryChoice::prior, "prior"}};
 };
 template <>
+struct EnumNames<CloudChoice> {
+  static constexpr std::pair<CloudChoice, std::string_view> all[] = {
+      {CloudChoice::automatic, "auto"}, {CloudChoice::per_frame, "per_frame"}, {CloudChoice::merged, "merged"}};
+};
+template <>
+struct EnumNames<LayerChoice> {
+  static constexpr std::pair<LayerChoice, std::string_view> all[] = {
+      {LayerChoice::automatic, "auto"}, {LayerChoice::on, "on"}, {LayerChoice::off, "off"}};
+};
+template <>
 struct EnumNames<DepthKind> {
   static constexpr std::pair<DepthKind, std::string_view> all[] = {{DepthKind::depth, "depth"},
                                                                    {DepthKind::inverse, "inverse"},
@@ -207,6 +217,8 @@ struct Codec<E> {
     return {};
   }
   static bool read(const nlohmann::json& json, E& value) {
+    // What is on, off or auto today was a flag in older records.
+    if (json.is_boolean()) return parse(json.get<bool>() ? "on" : "off", value);
     return json.is_string() && parse(json.get<std::string>(), value);
   }
   static bool parse(std::string_view text, E& value) {

@@ -74,7 +74,9 @@ std::vector<Option> geometry_options() {
       option("geometry", &O::geometry, "NAME",
              "where depth comes from: auto, import (--depth), sfm (measured from the camera's motion) or prior (layers "
              "on a ground plane, an assumption)"),
-      option("layers", &O::layers, "", "show the estimated background where the foreground has moved out of the way"),
+      option("layers", &O::layers, "NAME",
+             "show the estimated background where the foreground has moved out of the way: auto (where something moves "
+             "or the path uncovers enough), on or off"),
       option("saliency_model", &O::saliency_model, "FILE",
              "prior: u2netp.onnx, which finds the foreground; unset: .cache/models, else a method by contrast"),
       option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
@@ -84,7 +86,7 @@ std::vector<Option> geometry_options() {
       option("mvs_planes", &O::mvs_planes, "N", "sfm: depth hypotheses; more is finer and slower"),
       option("mvs_scale", &O::mvs_scale, "X", "sfm: matching resolution relative to the working size"),
       option("mvs_key_stride", &O::mvs_key_stride, "N",
-             "sfm: match every N-th frame and carry depth over to the others; 0 = by the camera's motion"),
+             "sfm: match every N-th frame and carry depth over to the others; 0 = by the parallax between frames"),
   };
 }
 
@@ -112,6 +114,9 @@ std::vector<Option> render_options() {
   return {
       option("renderer", &O::renderer, "NAME", "auto, gl or cpu; auto takes the CPU where GL is only emulated"),
       option("gl", &O::gl, "NAME", "which headless GL: auto, egl or osmesa"),
+      option("cloud", &O::cloud, "NAME",
+             "points a frame is drawn from: per_frame (its own), merged (what it leaves open is filled with what other "
+             "frames measured) or auto (merged where the camera moved and the path needs it)"),
       option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
       option("visibility", &O::visibility, "NAME", "none (naive), ztest (a pass fewer) or reproject (the paper's)"),
       option("accumulation", &O::accumulation, "NAME",

@@ -143,6 +143,8 @@ Plan make_plan(const RunOptions& options, const std::optional<GeometryFolder>& g
   plan.fps = output_fps(options, plan.trajectory, source.info());
   ThreadPool pool(options.threads);
   plan.look = look_at_scene(first->depth, plan.path, plan.context, pool);
+  plan.choices = choose(source, plan.look, geometry, options);
+  if (!plan.choices.plan.layers.choice) source.leave_out_background();
   for (const long frame : options.ply)
     if (frame >= source.frames())
       fail(ErrorCode::value_invalid, "--ply: found frame {}, wanted one of the {} source frames (0 to {})", frame,

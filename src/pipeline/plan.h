@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "pipeline/scene_choices.h"
 #include "pipeline/source_clip.h"
 #include "uwv/pipeline/scene_look.h"
 #include "uwv/trajectory/target_path.h"
@@ -17,6 +18,7 @@ struct Plan {
   PathContext context;
   TargetPath path;
   SceneLook look;
+  SceneChoices choices;
   double fps = 16;  ///< Of the videos to be written.
 
   Size size() const { return source->size(); }

@@ -102,6 +102,7 @@ ordered_json to_json(const SceneLook& look) {
           {"has_parallax", look.has_parallax},
           {"parallax_px", look.parallax_px},
           {"disocclusion_px", look.disocclusion_px},
+          {"uncovered_share", look.uncovered_share},
           {"max_rotation_deg", look.max_rotation_deg},
           {"max_translation_radii", look.max_translation},
           {"depth_edges", look.edges.edges},
@@ -155,11 +156,18 @@ ordered_json run_record(const Plan& plan, const ordered_json& inputs, const RunS
   ordered_json versions = ordered_json::object(), stages = ordered_json::array();
   for (const auto& [name, text] : component_versions()) versions[name] = text;
   for (const StageSummary& stage : summary.stages) stages.push_back(to_json(stage));
-  return {{"program", "uwv_app"},      {"status", status},
-          {"versions", versions},      {"options", uwv::to_json(plan.options)},
-          {"inputs", inputs},          {"clip", clip_record(plan)},
-          {"path", path_record(plan)}, {"look", to_json(summary.look)},
-          {"stages", stages},          {"warnings", summary.warnings}};
+  return {{"program", "uwv_app"},
+          {"status", status},
+          {"versions", versions},
+          {"options", uwv::to_json(plan.options)},
+          {"inputs", inputs},
+          {"clip", clip_record(plan)},
+          {"path", path_record(plan)},
+          {"look", to_json(summary.look)},
+          {"scene_profile", pipeline::to_json(plan.choices.profile)},
+          {"choices", plan.choices.to_json()},
+          {"stages", stages},
+          {"warnings", summary.warnings}};
 }
 
 /// What a marker keeps of a stage, and back.

@@ -6,11 +6,15 @@
 #include <limits>
 #include <vector>
 
+#include "uwv/render/occlusion.h"
+
 namespace uwv {
 namespace {
 
 constexpr int samples_per_side = 48;  // enough to see every object worth seeing, and 2000 frames still take < 1 s
 constexpr std::size_t frames_looked_at = 64;
+constexpr int probe_width = 160;  // shares of the picture come out within a tenth of their value
+constexpr std::size_t frames_probed = 16;
 
 struct Sample {
   int x, y;  ///< In the grid of samples.
@@ -80,6 +84,54 @@ void measure(const Warp& warp, const std::vector<Sample>& samples, SceneLook& lo
   }
 }
 
+/// The depth at every n-th pixel, so that no depth is made up.
+DepthMap smaller(const DepthMap& depth) {
+  const int step = std::max(1, depth.width() / probe_width);
+  DepthMap small(std::max(1, depth.width() / step), std::max(1, depth.height() / step));
+  for (int y = 0; y < small.height(); ++y)
+    for (int x = 0; x < small.width(); ++x)
+      small(x, y) =
+          depth((2 * x + 1) * depth.width() / (2 * small.width()), (2 * y + 1) * depth.height() / (2 * small.height()));
+  return small;
+}
+
+Camera source_camera(const PathContext& context, const TargetFrame& frame, Size size) {
+  const auto pose = context.subject_from_source.size() == 1 ? 0 : static_cast<std::size_t>(frame.source_frame);
+  return {context.intrinsics, context.subject_from_source[pose], size};
+}
+
+Camera at_size(const Camera& camera, Size size) {
+  return {camera.intrinsics.resized(camera.size, size), camera.world_from_cam, size};
+}
+
+double uncovered(const DepthMap& depth, const TargetPath& path, const PathContext& context, ThreadPool& pool) {
+  const DepthMap small = smaller(depth);
+  const ImageRgb colour(small.size());
+  const auto rasterizer = make_cpu_rasterizer(pool);
+  OcclusionOptions options;
+  options.kernel = Kernel::nearest;
+  options.accumulation = Accumulation::none;
+  const std::size_t probes = std::min(path.frames.size(), frames_probed);
+  double open = 0;
+  RenderedFrame seen;
+  for (std::size_t i = 0; i < probes; ++i) {
+    const TargetFrame& frame = path.frames[probes > 1 ? i * (path.frames.size() - 1) / (probes - 1) : 0];
+    const Camera source = source_camera(context, frame, depth.size());
+    if (WarpMap::between(source, frame.camera).identity) continue;  // that frame will be the source picture
+    OcclusionRenderer renderer(*rasterizer, pool, options);
+    renderer.render({.index = 0,
+                     .camera = at_size(source, small.size()),
+                     .colour = &colour,
+                     .depth = &small,
+                     .slopes = nullptr,
+                     .valid = nullptr,
+                     .foreground = nullptr},
+                    at_size(frame.camera, small.size()), seen);
+    open += 1 - static_cast<double>(seen.valid.count()) / static_cast<double>(small.size().pixels());
+  }
+  return open / static_cast<double>(probes);
+}
+
 }  // namespace
 
 SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const PathContext& context, ThreadPool& pool) {
@@ -94,13 +146,13 @@ SceneLook look_at_scene(const DepthMap& depth, const TargetPath& path, const Pat
   const std::size_t step = std::max<std::size_t>(1, path.frames.size() / frames_looked_at);
   for (std::size_t i = 0; i < path.frames.size(); ++i) {
     const TargetFrame& frame = path.frames[i];
-    const auto pose = context.subject_from_source.size() == 1 ? 0 : static_cast<std::size_t>(frame.source_frame);
-    const Camera source{context.intrinsics, context.subject_from_source[pose], depth.size()};
+    const Camera source = source_camera(context, frame, depth.size());
     const Warp warp(source, frame.camera);
     look.has_parallax |= warp.moves();
     const bool looked_at = i % step == 0 || i + 1 == path.frames.size();
     if (looked_at && warp.moves() && look.far_depth > 0) measure(warp, samples, look);
   }
+  look.uncovered_share = uncovered(depth, path, context, pool);
   return look;
 }
 
@@ -110,6 +162,7 @@ std::string SceneLook::brief() const {
     text += fmt::format(", parallax up to {:.1f} px, gaps up to {:.1f} px", parallax_px, disocclusion_px);
   else
     text += ", no parallax: the camera only turns or zooms, nothing can be occluded";
+  text += fmt::format(", {:.1f} % of the path uncovered", 100 * uncovered_share);
   text += fmt::format(", turns {:.1f} deg, moves {:.3g} radii", max_rotation_deg, max_translation);
   if (edges.edges > 0) text += fmt::format(", {:.0f} % of depth edges smeared", 100 * edges.smeared_share());
   if (first_return >= 0) text += fmt::format(", comes back from frame {}", first_return);

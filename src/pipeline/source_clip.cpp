@@ -2,6 +2,7 @@
 #include "pipeline/source_clip.h"
 
 #include <algorithm>
+#include <filesystem>
 
 namespace uwv::pipeline {
 namespace {
@@ -25,6 +26,32 @@ ValidityMask to_mask(const ImageRgb& picture) {
   std::transform(picture.pixels().begin(), picture.pixels().end(), mask.pixels().begin(),
                  [](const Rgb8& p) { return static_cast<std::uint8_t>(p.r + p.g + p.b > 3 * 127); });
   return mask;
+}
+
+/// Takes out what `foreground` marks, and the pixels beside it: masks end a little early, and colours mix at edges.
+void leave_out_around(const ValidityMask& foreground, ValidityMask& mask) {
+  constexpr int margin = 2;
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x) {
+      if (foreground(x, y) == 0) continue;
+      for (int j = std::max(0, y - margin); j <= std::min(mask.height() - 1, y + margin); ++j)
+        for (int i = std::max(0, x - margin); i <= std::min(mask.width() - 1, x + margin); ++i) mask(i, j) = 0;
+    }
+}
+
+/// Takes out what a geometry folder's confidence.npz, which may be of another size, calls a guess.
+void leave_out_guesses(NpyArrayReader& confidence, long index, ValidityMask& mask) {
+  constexpr float measured = 128;
+  const std::vector<std::size_t>& shape = confidence.header().shape;
+  if (shape.size() != 3 || static_cast<std::size_t>(index) >= shape[0] || confidence.slice_values() == 0) return;
+  std::vector<float> values(confidence.slice_values());
+  confidence.read(static_cast<std::size_t>(index), std::span<float>(values));
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x) {
+      const std::size_t v = static_cast<std::size_t>(y) * shape[1] / static_cast<std::size_t>(mask.height());
+      const std::size_t u = static_cast<std::size_t>(x) * shape[2] / static_cast<std::size_t>(mask.width());
+      if (values[v * shape[2] + u] < measured) mask(x, y) = 0;
+    }
 }
 
 /// The options with which a geometry folder's depth is read: it holds the used frames only. Throws Error(size_mismatch)
@@ -70,7 +97,8 @@ SourceClip::SourceClip(const RunOptions& options, const std::optional<GeometryFo
   depth_.emplace(geometry ? with_depth_of(*geometry, options, frames()) : options, full_size, size(),
                  intrinsics_.front().resized(size(), full_size), frames(), monitor);
   foreground_ = open_foreground(options, geometry, size(), frames(), monitor);
-  if (geometry && geometry->has_background && options.layers) open_background(*geometry, monitor);
+  if (geometry && geometry->has_background && options.layers != LayerChoice::off) open_background(*geometry, monitor);
+  if (geometry && std::filesystem::exists(geometry->confidence())) confidence_.emplace(geometry->confidence());
   if (!options.normals.empty()) normals_.emplace(options, size(), frames());
 }
 
@@ -81,6 +109,12 @@ void SourceClip::open_background(const GeometryFolder& geometry, Monitor& monito
   if (background_->frames() < frames() || background_depth_->frames() < frames())
     fail(ErrorCode::size_mismatch, "{}: its background has {} pictures and {} depths, wanted {} of each", geometry.path,
          background_->frames(), background_depth_->frames(), frames());
+}
+
+void SourceClip::leave_out_background() {
+  background_.reset();
+  background_depth_.reset();
+  last_.reset();
 }
 
 void SourceClip::open_cameras(const RunOptions& options, const std::optional<GeometryFolder>& geometry,
@@ -125,6 +159,15 @@ Rigid3 SourceClip::world_from_cam(long index) const {
 
 const Intrinsics& SourceClip::intrinsics(long index) const {
   return intrinsics_[intrinsics_.size() == 1 ? 0 : static_cast<std::size_t>(index)];
+}
+
+ValidityMask SourceClip::lasting_points(const SourceData& data) {
+  ValidityMask lasting(size());
+  std::transform(data.depth.pixels().begin(), data.depth.pixels().end(), lasting.pixels().begin(),
+                 [](float z) { return static_cast<std::uint8_t>(z > 0); });
+  if (data.foreground) leave_out_around(*data.foreground, lasting);
+  if (confidence_) leave_out_guesses(*confidence_, data.index, lasting);
+  return lasting;
 }
 
 std::shared_ptr<const SourceData> SourceClip::read(long index) {

@@ -11,6 +11,7 @@
 #include "pipeline/normal_feed.h"
 #include "uwv/io/cameras_file.h"
 #include "uwv/io/frame_source.h"
+#include "uwv/io/npy.h"
 #include "uwv/pipeline/run_options.h"
 #include "uwv/render/occlusion.h"
 
@@ -66,6 +67,8 @@ class SourceClip {
   long frames() const { return frames_->frames(); }
   bool has_foreground() const { return foreground_ != nullptr; }
   bool has_background() const { return background_ != nullptr; }
+  /// Frames are read without their background from now on.
+  void leave_out_background();
   bool has_cameras() const { return world_from_cam_.size() > 1 || cameras_given_; }
 
   /// Poses in the inputs' own world: one per frame, or one alone for a camera that never moves.
@@ -73,6 +76,10 @@ class SourceClip {
   Rigid3 world_from_cam(long index) const;
   /// For the working size.
   const Intrinsics& intrinsics(long index) const;
+
+  /// The points of a frame that other moments show as well: measured (where the geometry says what was) and not of the
+  /// foreground, nor right beside it.
+  ValidityMask lasting_points(const SourceData& data);
 
   /// Frame `index`; the last one read is kept, so that asking again is free. Null when the clip turned out to end
   /// before it.
@@ -88,6 +95,7 @@ class SourceClip {
   std::unique_ptr<FrameSource> foreground_, background_;
   std::unique_ptr<DepthSource> background_depth_;
   std::optional<DepthFeed> depth_;
+  std::optional<NpyArrayReader> confidence_;
   std::optional<NormalFeed> normals_;
   std::vector<Rigid3> world_from_cam_;
   std::vector<Intrinsics> intrinsics_;

@@ -137,7 +137,7 @@ TEST_F(EstimatedRun, DrawsAnewWhenLayersAreTurnedOff) {
   options_.depth = options_.out + "/geometry";
   options_.out = folder_.file("second");
   run(options_, monitor);
-  options_.layers = false;
+  options_.layers = LayerChoice::off;
   EXPECT_EQ(run(options_, monitor).stages[1].status, StageSummary::Status::done);
 }
 

@@ -21,7 +21,10 @@ struct SceneProfile {
   Size size;  ///< Of a frame.
   int frames = 0;
   ClipMotion motion = ClipMotion::indeterminate;
-  double parallax_px = 0;         ///< Median shift over the clip that rotation cannot explain (SfmResult).
+  double parallax_px = 0;  ///< Median shift over the clip that rotation cannot explain (SfmResult).
+  /// Median shift from one frame to the next that rotation cannot explain; 0 = unknown, then parallax_px spread evenly
+  /// over the frames stands for it.
+  double parallax_per_frame_px = 0;
   double rms_error_px = 0;        ///< Of the reconstruction's observations (SfmResult).
   double registered_share = 0;    ///< Frames whose pose was measured, of all.
   double moving_share = 0;        ///< Pixels that move by themselves (MovingPixels).
@@ -35,7 +38,7 @@ struct SceneProfile {
 /// How points are kept.
 enum class CloudKind {
   per_frame,  ///< Each frame is drawn from its own points.
-  merged,     ///< Static points of all frames in one cloud, moving ones per frame.
+  merged,     ///< Also from what other frames saw of the static scene, moving points per frame (other_views.h).
 };
 std::string_view to_string(CloudKind kind);
 
@@ -48,9 +51,11 @@ struct GeometryPlanOptions {
   double min_disocclusion = 0.02;     ///< Smaller uncovered shares are left to the generator.
   double min_depth_ratio = 1.3;       ///< Flatter scenes uncover nothing behind anything.
   double min_layer_motion = 0.005;    ///< From this share of moving pixels on foreground is kept apart.
-  double key_parallax_px = 4;         ///< Parallax between frames whose depth is computed: more repeats the work.
-  int max_key_stride = 8;             ///< Depth carried farther than this drifts.
-  double max_points = 4e6;            ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
+  /// Frames whose depth is computed may be so far apart that this parallax lies between them: nearer ones repeat the
+  /// work, farther ones lose depth on the way. docs/performance.md has what 1 to 8 frames cost and keep.
+  double key_parallax_px = 2;
+  int max_key_stride = 4;   ///< Depth carried farther than this drifts.
+  double max_points = 4e6;  ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
 
   std::optional<GeometryProvider> provider;  ///< Forced when set, as are those below.
   std::optional<CloudKind> cloud;

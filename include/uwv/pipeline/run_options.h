@@ -37,6 +37,20 @@ enum class ReliabilityChoice {
   off,
 };
 
+/// Which points a frame is drawn from.
+enum class CloudChoice {
+  automatic,  ///< merged where the camera moved and the path shows what single frames do not see.
+  per_frame,  ///< Its own.
+  merged,     ///< Its own, and where they leave a pixel open, what other frames measured of the scene at rest.
+};
+
+/// Whether the background behind the foreground is drawn.
+enum class LayerChoice {
+  automatic,  ///< Where something moves or the path uncovers enough.
+  on,
+  off,  ///< Nor is it completed when geometry is estimated.
+};
+
 /// Where depth and source cameras come from.
 enum class GeometryChoice {
   automatic,  ///< Files where they are given; else measured where the camera moved, assumed where it did not.
@@ -69,8 +83,8 @@ struct RunOptions {
                       ///< folder `geometry` of an earlier run. Empty: estimated, see `geometry`.
   DepthKind depth_kind = DepthKind::depth;  ///< What the values of `depth` are. Relative kinds need `geometry` to come
                                             ///< to scale: the cameras are estimated too.
-  std::optional<double> depth_scale;  ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
-  std::string depth_key;              ///< Member of an .npz. Empty: the first of the usual names.
+  std::optional<double> depth_scale;        ///< Stored value * scale = scene units. Unset: 1, or 0.001 for 16-bit PNG.
+  std::string depth_key;                    ///< Member of an .npz. Empty: the first of the usual names.
   std::string disparity;  ///< Stereo disparity in pixels of the full-size picture, instead of depth; invalid where it
                           ///< is NaN, infinite, or not positive.
   double baseline = 0;    ///< Distance of the stereo pair, scene units. depth = fx * baseline / (disparity + doffs).
@@ -90,7 +104,7 @@ struct RunOptions {
   // -- geometry, where no depth is given
   // -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
-  bool layers = true;  ///< Complete the background behind the foreground, and let it show where that has moved away.
+  LayerChoice layers = LayerChoice::automatic;  ///< Let the completed background show where the foreground moved away.
   std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
                                ///< it a contrast method does.
   int max_features = SfmOptions{}.max_features;
@@ -98,7 +112,7 @@ struct RunOptions {
   int mvs_neighbours = MvsOptions{}.neighbours;
   int mvs_planes = MvsOptions{}.planes;
   double mvs_scale = MvsOptions{}.scale;
-  int mvs_key_stride = MvsOptions{}.key_stride;
+  int mvs_key_stride = 0;  ///< 0 = by the parallax between frames (see plan_geometry), else every so many-th.
 
   // -- picture size --------------------------------------------------------------------------------------------------
   Size size;               ///< Exact working size. {0, 0}: the token budget of the model decides.
@@ -117,6 +131,7 @@ struct RunOptions {
   // -- rendering -----------------------------------------------------------------------------------------------------
   RendererChoice renderer = RendererChoice::automatic;
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
+  CloudChoice cloud = CloudChoice::automatic;
   Kernel kernel = OcclusionOptions{}.kernel;
   Visibility visibility = OcclusionOptions{}.visibility;
   /// Unset: none where the source camera moves (a pixel of its picture is another point of the scene each time), else

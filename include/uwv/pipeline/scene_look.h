@@ -21,6 +21,9 @@ struct SceneLook {
   double parallax_px = 0;
   /// The widest gap that opens between two neighbouring samples of the depth: the size of the holes to come.
   double disocclusion_px = 0;
+  /// Pixels of the path that the points of the moment's frame leave open, mean over the path: what is uncovered, and
+  /// what lies outside the source's picture. Drawn small.
+  double uncovered_share = 0;
   double max_rotation_deg = 0;  ///< Between target and source camera of the same moment.
   double max_translation = 0;   ///< Likewise, in radii.
   long first_return = -1;       ///< First target frame at which the camera comes back towards the source; -1 = never.

@@ -25,6 +25,7 @@ SceneProfile usable(SceneProfile profile, std::vector<std::string>& notes) {
   };
   constexpr double huge = 1e9;
   number(profile.parallax_px, "parallax_px", 0, huge, 0);
+  number(profile.parallax_per_frame_px, "parallax_per_frame_px", 0, huge, 0);
   number(profile.rms_error_px, "rms_error_px", 0, huge, huge);
   number(profile.registered_share, "registered_share", 0, 1, 0);
   number(profile.moving_share, "moving_share", 0, 1, 0);
@@ -81,8 +82,7 @@ PlanDecision<GeometryProvider> choose_provider(const SceneProfile& p, const Geom
 PlanDecision<CloudKind> choose_cloud(const SceneProfile& p, const GeometryPlanOptions& o, GeometryProvider provider) {
   const auto per_frame = [](std::string reason) {
     return PlanDecision<CloudKind>{CloudKind::per_frame, std::move(reason),
-                                   "the memory of a cloud of all frames; what one frame does not see stays open",
-                                   false};
+                                   "drawing other frames; what one frame does not see stays open", false};
   };
   if (provider == GeometryProvider::prior)
     return per_frame("assumed depth of different frames does not agree well enough to be merged");
@@ -102,7 +102,7 @@ PlanDecision<CloudKind> choose_cloud(const SceneProfile& p, const GeometryPlanOp
   return {CloudKind::merged,
           fmt::format("single frames leave {:.1f} % of the path uncovered, and the camera saw the scene from {} places",
                       100 * p.disocclusion_share, p.frames),
-          "generating what another frame has seen; it costs the memory of one cloud", false};
+          "generating what another frame has seen; it costs drawing a few more views for each frame", false};
 }
 
 PlanDecision<bool> choose_layers(const SceneProfile& p, const GeometryPlanOptions& o) {
@@ -129,7 +129,7 @@ PlanDecision<bool> choose_layers(const SceneProfile& p, const GeometryPlanOption
 PlanDecision<int> choose_stride(const SceneProfile& p, const GeometryPlanOptions& o, GeometryProvider provider) {
   if (provider != GeometryProvider::sfm) return {1, "depth is not matched between frames", "nothing", false};
   if (p.frames < 3) return {1, fmt::format("{} frames have nothing between them", p.frames), "nothing", false};
-  const double per_frame = p.parallax_px / (p.frames - 1);
+  const double per_frame = p.parallax_per_frame_px > 0 ? p.parallax_per_frame_px : p.parallax_px / (p.frames - 1);
   const double allowed = per_frame > 0 ? o.key_parallax_px / per_frame : static_cast<double>(o.max_key_stride);
   const int longest = std::min(o.max_key_stride, p.frames - 1);
   const int stride = static_cast<int>(std::clamp(std::floor(allowed), 1.0, static_cast<double>(longest)));

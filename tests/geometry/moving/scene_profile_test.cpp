@@ -18,7 +18,7 @@ SceneProfile rich() {
   p.size = {832, 480};
   p.frames = 25;
   p.motion = ClipMotion::moving;
-  p.parallax_px = 48;
+  p.parallax_px = 24;
   p.rms_error_px = 0.4;
   p.registered_share = 1;
   p.moving_share = 0;
@@ -33,10 +33,10 @@ GeometryPlan plan(const SceneProfile& p, const GeometryPlanOptions& options = {}
 TEST(GeometryPlanTest, ARichClipIsMeasuredMergedLayeredAndThinned) {
   const GeometryPlan got = plan(rich());
   EXPECT_EQ(got.provider.choice, GeometryProvider::sfm);
-  EXPECT_THAT(got.provider.reason, HasSubstr("48.0 px"));
+  EXPECT_THAT(got.provider.reason, HasSubstr("24.0 px"));
   EXPECT_EQ(got.cloud.choice, CloudKind::merged);
   EXPECT_TRUE(got.layers.choice);
-  EXPECT_EQ(got.key_stride.choice, 2);  // 2 px a frame, 4 allowed
+  EXPECT_EQ(got.key_stride.choice, 2);  // 1 px a frame, 2 allowed
   EXPECT_THAT(got.key_stride.saves, HasSubstr("12 of 25"));
   EXPECT_TRUE(got.decimate.choice);
   EXPECT_TRUE(got.notes.empty());
@@ -117,12 +117,15 @@ TEST(GeometryPlanTest, LayersAreForWhatMovesOrUncovers) {
 }
 
 TEST(GeometryPlanTest, TheStrideFollowsTheParallaxOfAFrame) {
-  for (const auto& [parallax, stride] : {std::pair{2.0, 8}, {24.0, 4}, {96.0, 1}, {9600.0, 1}}) {
+  for (const auto& [parallax, stride] : {std::pair{2.0, 4}, {16.0, 3}, {96.0, 1}, {9600.0, 1}}) {
     SceneProfile p = rich();
     p.parallax_px = parallax;
     EXPECT_EQ(plan(p).key_stride.choice, stride) << parallax;
   }
   SceneProfile p = rich();
+  p.parallax_per_frame_px = 0.7;  // measured from frame to frame, it is better than the clip's spread evenly
+  EXPECT_EQ(plan(p).key_stride.choice, 2);
+  p = rich();
   p.frames = 4;
   p.parallax_px = 2;
   EXPECT_EQ(plan(p).key_stride.choice, 3);
@@ -168,7 +171,7 @@ TEST(GeometryPlanTest, UnusableNumbersAreNotedAndTakenTheSafeWay) {
     for (double SceneProfile::*field :
          {&SceneProfile::parallax_px, &SceneProfile::rms_error_px, &SceneProfile::registered_share,
           &SceneProfile::moving_share, &SceneProfile::measured_share, &SceneProfile::disocclusion_share,
-          &SceneProfile::depth_ratio}) {
+          &SceneProfile::depth_ratio, &SceneProfile::parallax_per_frame_px}) {
       SceneProfile p = rich();
       p.*field = bad;
       const GeometryPlan got = plan(p);
