@@ -48,7 +48,7 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool);
 Table depth_table(const FoundClip& clip);
 /// Pictures of other frames, rendered from one frame and its depth: true or found, with true or found cameras.
 Table view_table(const FoundClip& clip, const BenchOptions& options);
-/// What each choice of plan_geometry() costs and brings: clouds and key frames.
+/// What each choice of plan_geometry() costs and brings: clouds, key frames, points.
 std::vector<Table> choice_tables(const TrueClip& clip, const BenchOptions& options, ThreadPool& pool);
 
 }  // namespace uwv::bench

@@ -8,6 +8,7 @@
 #include "bench/timing.h"
 #include "uwv/eval/depth_metrics.h"
 #include "uwv/eval/image_metrics.h"
+#include "uwv/geometry/decimation.h"
 #include "uwv/render/other_views.h"
 
 namespace uwv::bench {
@@ -174,6 +175,89 @@ class CloudTable {
   std::unique_ptr<Rasterizer> rasterizer_;
 };
 
+/// A frame with fewer points where it is flat, as uwv_app draws it.
+class PointTable {
+ public:
+  PointTable(const TrueClip& clip, const BenchOptions& options, ThreadPool& pool)
+      : table("points of " + clip.name, {"max_error", "points", "ms_find", "ms_draw", "psnr", "valid"}),
+        clip_(clip),
+        options_(options),
+        pool_(pool),
+        rasterizer_(make_cpu_rasterizer(pool)) {}
+
+  void add(double max_error) {
+    double points = 0, find = 0, draw = 0, db = 0, valid = 0;
+    int pairs = 0;
+    for (const auto& [from, to] : options_.pairs) {
+      const auto frames = static_cast<long>(clip_.frames.size());
+      if (from < 0 || to < 0 || from >= frames || to >= frames) continue;
+      const auto source = static_cast<std::size_t>(from), target = static_cast<std::size_t>(to);
+      Thinned thinned;
+      if (max_error > 0) find += time(options_.runs, [&] { thinned = thin(source, target, max_error); }).median_ms;
+      OcclusionOptions occlusion;
+      occlusion.accumulation = Accumulation::none;
+      RenderedFrame picture;
+      draw +=
+          time(options_.runs, [&] {
+            OcclusionRenderer renderer(*rasterizer_, pool_, occlusion);
+            renderer.render(max_error > 0 ? thinned.of(frame(source)) : frame(source), clip_.cameras[target], picture);
+          }).median_ms;
+      db += psnr(MetricImage(picture.colour), MetricImage(clip_.frames[target]), &picture.valid);
+      valid += valid_share(picture.valid);
+      points += max_error > 0 ? thinned.share : 1;
+      ++pairs;
+    }
+    table.add({max_error, points / pairs, find / pairs, draw / pairs, db / pairs, valid / pairs});
+  }
+
+  Table table;
+
+ private:
+  struct Thinned {
+    DepthMap depth;
+    SlopeMap slopes;
+    ValidityMask kept;
+    Image<std::uint8_t> cells;
+    double share = 0;
+    SourceFrame of(SourceFrame source) const {
+      source.depth = &depth;
+      source.slopes = &slopes;
+      source.valid = &kept;
+      source.cells = &cells;
+      return source;
+    }
+  };
+
+  SourceFrame frame(std::size_t index) const {
+    SourceFrame source;
+    source.index = static_cast<long>(index);
+    source.camera = clip_.cameras[index];
+    source.colour = &clip_.frames[index];
+    source.depth = &clip_.depths[index];
+    return source;
+  }
+
+  Thinned thin(std::size_t from, std::size_t to, double max_error) {
+    DecimationOptions options;
+    options.max_error = max_error;
+    const Camera& camera = clip_.cameras[from];
+    DecimatedDepth found = decimate_depth(clip_.depths[from], camera, std::span(&clip_.cameras[to], 1), options, pool_);
+    Thinned out{clip_.depths[from], {}, std::move(found.kept), std::move(found.cell), found.kept_share};
+    limited_slopes_from_depth(clip_.depths[from], camera.intrinsics, {}, pool_, out.slopes);
+    for (std::size_t i = 0; i < out.cells.pixels().size(); ++i)
+      if (out.cells.pixels()[i] > 1) {
+        out.depth.pixels()[i] = found.depth.pixels()[i];
+        out.slopes.pixels()[i] = found.slopes.pixels()[i];
+      }
+    return out;
+  }
+
+  const TrueClip& clip_;
+  const BenchOptions& options_;
+  ThreadPool& pool_;
+  std::unique_ptr<Rasterizer> rasterizer_;
+};
+
 /// Mean relative error of all depths, after nothing: cameras are true.
 double abs_rel(const TrueClip& clip, const Geometry& geometry) {
   double sum = 0;
@@ -202,7 +286,9 @@ std::vector<Table> choice_tables(const TrueClip& clip, const BenchOptions& optio
     strides.add({stride, summary.matched_frames, summary.measured_share, abs_rel(clip, found), summary.seconds});
     clouds.add(found);
   }
-  return {clouds.table, strides};
+  PointTable points_kept(clip, options, pool);
+  for (const double max_error : {0.0, 0.25, 0.5, 1.0, 2.0}) points_kept.add(max_error);
+  return {clouds.table, strides, points_kept.table};
 }
 
 }  // namespace uwv::bench

@@ -8,6 +8,7 @@
 #include "pipeline/channel.h"
 #include "pipeline/merged_cloud.h"
 #include "pipeline/stage.h"
+#include "pipeline/thinned_cloud.h"
 #include "uwv/io/depth_writer.h"
 
 namespace uwv::pipeline {
@@ -98,6 +99,7 @@ struct Tally {
   std::size_t valid = 0;
   std::size_t from_background = 0;  ///< Pixels that only the background layer knows.
   MergeTally merged;
+  ordered_json thinned = "skipped";
   std::map<std::string, long> skipped;
 
   void add(const FrameReport& report, const RenderedFrame& frame) {
@@ -154,7 +156,10 @@ Tally render_frames(const Workshop& shop, OtherViews* views, SourceChannel& from
   const Plan& plan = shop.plan;
   const ChannelCloser no_more_sources(from);
   const ChannelCloser no_more_frames(into);
-  OcclusionRenderer renderer(shop.rasterizer, shop.pool, plan.occlusion());
+  const bool thins = plan.choices.plan.decimate.choice;
+  const std::unique_ptr<Rasterizer> cpu = thins ? make_cpu_rasterizer(shop.pool) : nullptr;  // GL draws no cells
+  OcclusionRenderer renderer(thins ? *cpu : shop.rasterizer, shop.pool, plan.occlusion());
+  Thinning thinning(plan, shop.pool);
   OcclusionRenderer background_renderer(shop.rasterizer, shop.pool, background_occlusion(plan));
   Tally tally;
   shop.monitor.step("conditioning", 0, plan.frames());
@@ -163,12 +168,13 @@ Tally render_frames(const Workshop& shop, OtherViews* views, SourceChannel& from
     if (!source) break;
     Rendered rendered;
     const Camera source_camera = plan.source_camera(target.source_frame);
-    const FrameReport report = renderer.render((*source)->seen_by(source_camera), target.camera, rendered.frame,
-                                               plan.options.save_masks ? &rendered.masks : nullptr);
+    const SourceFrame own = (*source)->seen_by(source_camera);
+    const FrameReport report =
+        renderer.render(thins ? thinning.of(**source).seen_by(source_camera, **source) : own, target.camera,
+                        rendered.frame, plan.options.save_masks ? &rendered.masks : nullptr);
     const bool is_source = plan.options.keep_source && WarpMap::between(source_camera, target.camera).identity;
     if (is_source) put_source(**source, rendered.frame);
-    if (views != nullptr && !is_source)
-      tally.merged.add(views->fill((*source)->seen_by(source_camera), target.camera, rendered.frame));
+    if (views != nullptr && !is_source) tally.merged.add(views->fill(own, target.camera, rendered.frame));
     if ((*source)->background && !is_source) {
       RenderedFrame behind;
       background_renderer.render((*source)->background_seen_by(source_camera), target.camera, behind);
@@ -178,6 +184,7 @@ Tally render_frames(const Workshop& shop, OtherViews* views, SourceChannel& from
     if (!into.push(std::move(rendered))) break;
     shop.monitor.step("conditioning", tally.frames, plan.frames());
   }
+  if (thins) tally.thinned = thinning.to_json();
   return tally;
 }
 
@@ -237,6 +244,9 @@ ordered_json make_conditioning(const Workshop& shop, const PartialFolder& into) 
           {"background_layer", plan.source->has_background() ? "drawn" : "skipped: " + plan.choices.plan.layers.reason},
           {"other_frames", views ? tally.merged.to_json(pixels, tally.frames)
                                  : ordered_json("skipped: " + plan.choices.plan.cloud.reason)},
+          {"thinned_points", plan.choices.plan.decimate.choice
+                                 ? tally.thinned
+                                 : ordered_json("skipped: " + plan.choices.plan.decimate.reason)},
           {"brief", plan.choices.brief()}};
 }
 

@@ -117,6 +117,10 @@ std::vector<Option> render_options() {
       option("cloud", &O::cloud, "NAME",
              "points a frame is drawn from: per_frame (its own), merged (what it leaves open is filled with what other "
              "frames measured) or auto (merged where the camera moved and the path needs it)"),
+      option(
+          "max_error", &O::max_error, "PX",
+          "fewer points where surfaces are flat, moving nothing by more than PX pixels; also in --ply; 0 = keep all; "
+          "unset: where it pays"),
       option("kernel", &O::kernel, "NAME", "nearest (fastest), bilinear (the official splat), resample (sharpest)"),
       option("visibility", &O::visibility, "NAME", "none (naive), ztest (a pass fewer) or reproject (the paper's)"),
       option("accumulation", &O::accumulation, "NAME",

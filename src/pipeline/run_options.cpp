@@ -66,6 +66,12 @@ void check_render_and_output(const RunOptions& o) {
   require(o.alpha >= 0 && o.alpha <= 180, "--alpha: found {}, wanted degrees from 0 to 180", o.alpha);
   require(!o.max_tilt || (*o.max_tilt > 0 && *o.max_tilt <= 90), "--max-tilt: found {}, wanted degrees from 0 to 90",
           o.max_tilt.value_or(0));
+  require(!o.max_error || (*o.max_error >= 0 && *o.max_error <= 1000), "--max-error: found {}, wanted 0 to 1000 pixels",
+          o.max_error.value_or(0));
+  require(o.max_error.value_or(0) == 0 || o.kernel != Kernel::bilinear,
+          "--max-error needs --kernel nearest or resample: the bilinear splat draws every point as a dot");
+  require(o.max_error.value_or(0) == 0 || o.renderer != RendererChoice::gl,
+          "--max-error is drawn by the CPU; use --renderer cpu or auto");
   require(o.threads >= 0 && o.threads <= 1024, "--threads: found {}, wanted 0 (all processors) to 1024", o.threads);
   occlusion_options(o).check();
   require(o.accumulation != Accumulation::foreground || !o.foreground.empty(),

@@ -187,6 +187,7 @@ SceneChoices choose(SourceClip& source, const SceneLook& look, const std::option
   if (options.cloud != CloudChoice::automatic)
     wishes.cloud = options.cloud == CloudChoice::merged ? CloudKind::merged : CloudKind::per_frame;
   if (options.layers != LayerChoice::automatic) wishes.layers = options.layers == LayerChoice::on;
+  if (options.max_error) wishes.decimate = *options.max_error > 0;
   choices.plan = plan_geometry(choices.profile, wishes);
   choices.plan.key_stride = stride_of(geometry);
   if (!source.has_background() && choices.plan.layers.choice)

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "render/cells.h"
 #include "render/cpu_soft_splat.h"
 #include "render/footprint.h"
 #include "render/layer.h"
@@ -45,6 +46,7 @@ struct DrawNearest {
     for_covered(layer, f, extent, count,
                 [&keys](std::size_t i, Key& pixel) { pixel = keys[i] < pixel ? keys[i] : pixel; });
   }
+  static void put(Key& pixel, float depth, std::uint32_t code) { pixel = std::min(pixel, key_of(depth, code)); }
 };
 
 /// 1 = not covered, so that merging by minimum serves both kinds of layer.
@@ -53,6 +55,7 @@ struct DrawCovered {
                   int, int) const {
     for_covered(layer, f, extent, count, [](std::size_t, std::uint8_t& pixel) { pixel = 0; });
   }
+  static void put(std::uint8_t& pixel, float, std::uint32_t) { pixel = 0; }
 };
 
 class CpuRasterizer final : public Rasterizer {
@@ -191,12 +194,20 @@ class CpuRasterizer final : public Rasterizer {
         continue;
       const int count = std::min(detail::block_size, width - x);
       const BlockOfPoints points = source.at(x, y, count);
-      detail::footprints_of_block(map, x, y, count, points.depth, points.slopes, points.keep, limits, footprints);
+      if (points.cells != nullptr)
+        detail::footprints_of_cells(map, x, y, count, points, limits, footprints);
+      else
+        detail::footprints_of_block(map, x, y, count, points.depth, points.slopes, points.keep, limits, footprints);
       const detail::BlockExtent extent = detail::extent_of_block(footprints, count);
       if (blocks.note != nullptr) blocks.note[block] = extent.box;
       if (extent.box.empty() || (blocks.wanted != nullptr && !blocks.wanted->any(extent.box))) continue;
       layer.touch(extent.box.y0, extent.box.y1);
-      draw_block(layer, footprints, extent, count, x, y);
+      if (points.cells != nullptr)
+        detail::for_cell_pixels(
+            map, x, y, count, points, footprints,
+            [&layer](int u, int v, float depth, std::uint32_t code) { Draw::put(layer.row(v)[u], depth, code); });
+      else
+        draw_block(layer, footprints, extent, count, x, y);
     }
   }
 

@@ -102,6 +102,7 @@ class GlRasterizer final : public Rasterizer {
 
   static GlJob describe(const PointGrid& points, const Camera& target) {
     points.check();
+    require(points.cells == nullptr, "points that stand for cells of pixels are drawn by the CPU renderer only");
     check_target(target);
     GlJob job;
     job.map = WarpMap::between(points.camera, target);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "render/accumulate.h"
+#include "render/cells.h"
 #include "render/kernel_chain.h"
 #include "uwv/core/simd.h"
 
@@ -41,7 +42,7 @@ void check_source(const SourceFrame& source) {
   for (const ValidityMask* mask : {source.valid, source.foreground})
     require(mask == nullptr || mask->size() == size, "a source mask does not have the picture's size {}x{}", size.width,
             size.height);
-  PointGrid{source.camera, source.depth, source.slopes, source.valid}.check();
+  PointGrid{source.camera, source.depth, source.slopes, source.valid, source.cells}.check();
 }
 
 /// Pixels of a row that are 1.
@@ -137,7 +138,7 @@ struct OcclusionRenderer::State {
                          FrameReport& report);
   void find_second(const SourceFrame& source, const PointGrid& points, const Camera& target, FrameReport& report);
   PointGrid grid(const SourceFrame& source, const ValidityMask* kept) const {
-    return {source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, kept};
+    return {source.camera, source.depth, source.slopes != nullptr ? source.slopes : &slopes, kept, source.cells};
   }
   /// The points of the first two passes.
   const ValidityMask* hiding(const SourceFrame& source) const {
@@ -191,6 +192,7 @@ const char* OcclusionRenderer::State::accumulate(const SourceFrame& source, cons
     return reason;
   }
   find_second(source, points, target, report);
+  if (source.cells != nullptr) detail::spread_over_cells(*source.cells, *source.valid, pool, second);
   visible.add(second, points, target, source.foreground, pool);
   return nullptr;
 }
@@ -221,7 +223,8 @@ void OcclusionRenderer::State::run(const SourceFrame& source, const Camera& targ
     masks->visible = visible.mask();
     masks->front = front;
   }
-  last_was_copied = reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear;
+  last_was_copied =
+      reason == same_camera && !drops_front_points() && options.kernel != Kernel::bilinear && source.cells == nullptr;
   if (!last_was_copied) {
     const bool after_first = options.skip_unneeded && report.passes > 0;
     const bool drawn = chain->draw(source, grid(source, &keep), target, after_first);
@@ -242,6 +245,9 @@ FrameReport OcclusionRenderer::render(const SourceFrame& source, const Camera& t
   const auto start = std::chrono::steady_clock::now();
   check_source(source);
   State& state = *state_;
+  require(source.cells == nullptr ||
+              (source.valid != nullptr && source.slopes != nullptr && state.options.kernel != Kernel::bilinear),
+          "a decimated cloud needs its mask and slopes, and a kernel other than bilinear");
   state.prepare_source(source);
   FrameReport report;
   // Rendering the same view again cannot change M_vis either: the product is idempotent.

@@ -8,11 +8,12 @@
 
 namespace uwv::detail {
 
-/// What the points of a block are made of; `slopes` and `keep` may be null.
+/// What the points of a block are made of; all but `depth` may be null.
 struct BlockOfPoints {
   const float* depth;
   const Slope* slopes;
   const std::uint8_t* keep;
+  const std::uint8_t* cells = nullptr;
 };
 
 /// The points of a grid.
@@ -21,7 +22,8 @@ struct GridBlocks {
 
   BlockOfPoints at(int x, int y, int) {
     return {grid.depth->row(y) + x, grid.slopes != nullptr ? grid.slopes->row(y) + x : nullptr,
-            grid.keep != nullptr ? grid.keep->row(y) + x : nullptr};
+            grid.keep != nullptr ? grid.keep->row(y) + x : nullptr,
+            grid.cells != nullptr ? grid.cells->row(y) + x : nullptr};
   }
 };
 

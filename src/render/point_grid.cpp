@@ -31,6 +31,8 @@ void PointGrid::check() const {
           size.width, size.height);
   require(keep == nullptr || keep->size() == size, "the keep mask does not have the depth map's size {}x{}", size.width,
           size.height);
+  require(cells == nullptr || cells->size() == size, "the map of cells does not have the depth map's size {}x{}",
+          size.width, size.height);
   const Intrinsics& k = camera.intrinsics;
   require(std::isfinite(k.fx) && std::isfinite(k.fy) && k.fx != 0 && k.fy != 0 && std::isfinite(k.cx) &&
               std::isfinite(k.cy),

@@ -46,6 +46,10 @@ void gather_patches(const PointGrid& points, const std::uint32_t* winner, int co
     out.sx[i] = slope.x;
     out.sy[i] = slope.y;
   }
+  out.reach.fill(patch_reach);
+  if (points.cells == nullptr) return;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    out.reach[i] = cell_reach(points.cells->data()[out.index[i]]);
 }
 
 UWV_SIMD_CLONES void meet_patches(const WarpMap& map, int x, int y, int count, const Patches& patches, Surfels& out) {
@@ -59,6 +63,7 @@ UWV_SIMD_CLONES void meet_patches(const WarpMap& map, int x, int y, int count, c
   const float* px = patches.x.data();
   const float* py = patches.y.data();
   const float* pz = patches.z.data();
+  const float* reach = patches.reach.data();
   const float* psx = patches.sx.data();
   const float* psy = patches.sy.data();
   float* out_depth = out.depth.data();
@@ -82,8 +87,8 @@ UWV_SIMD_CLONES void meet_patches(const WarpMap& map, int x, int y, int count, c
     const float s1 = (r10 * cx + r11 * cy + r12) * z_plane - k1;
     const float s2 = 1.0F / ((r20 * cx + r21 * cy + r22) * z_plane - k2);
     // Beyond its own patch a plane proves nothing: stay within reach of the winner.
-    const float dx = clamped(s0 * s2 - xs, patch_reach);
-    const float dy = clamped(s1 * s2 - ys, patch_reach);
+    const float dx = clamped(s0 * s2 - xs, reach[i]);
+    const float dy = clamped(s1 * s2 - ys, reach[i]);
     const float shrink = 1.0F + m0 * dx + m1 * dy;
     const float z_there = z / (shrink > 0.25F ? shrink : 1.0F);
     const float depth = z_there * (a20 * (xs + dx) + a21 * (ys + dy) + a22) + b2;

@@ -12,11 +12,14 @@ namespace uwv::detail {
 /// How far from the winner's centre, in source pixels, its plane is trusted. Its own patch ends at 0.5; a little more
 /// absorbs the bounding rectangle's corners and rounding.
 inline constexpr float patch_reach = 0.75F;
+/// The same for a point that stands for a cell of pixels: its pixel is the one right of and below the cell's centre.
+constexpr float cell_reach(int side) { return side > 1 ? 0.5F * static_cast<float>(side) + patch_reach : patch_reach; }
 
 /// The winners of a block of target pixels, gathered from the source so that the arithmetic can run in SIMD lanes.
 struct Patches {
   alignas(64) std::array<std::int32_t, block_size> index;  ///< y * width + x in the source; 0 where there is no winner.
   alignas(64) std::array<float, block_size> x, y;          ///< Pixel centre in the source.
+  alignas(64) std::array<float, block_size> reach;         ///< How far from there the plane is trusted.
   alignas(64) std::array<float, block_size> z, sx, sy;     ///< Depth (0 = no winner) and slope there.
 };
 

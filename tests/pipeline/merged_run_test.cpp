@@ -195,5 +195,41 @@ TEST_F(MergedRun, AThousandFramesKeepAFewViews) {
   EXPECT_LE(summary.stages[1].facts["other_frames"]["views_kept"], 24);
 }
 
+/// Points of a .ply file, by its header.
+long ply_points(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line) && line != "end_header";)
+    if (line.starts_with("element vertex ")) return std::stol(line.substr(15));
+  return -1;
+}
+
+TEST_F(MergedRun, ThinsOutPointsOnlyWhenAskedTo) {
+  film(3, -3);
+  options_.ply = {1};
+  const RunSummary all = run_into("all", CloudChoice::per_frame);
+  EXPECT_THAT(all.stages[1].facts["thinned_points"].get<std::string>(), HasSubstr("pixels set the pace"));
+  EXPECT_EQ(record()["choices"]["decimate"]["choice"], "off");
+  options_.max_error = 0.5;
+  const RunSummary few = run_into("few", CloudChoice::per_frame);
+  EXPECT_EQ(record()["choices"]["decimate"]["choice"], "on");
+  EXPECT_EQ(record()["choices"]["decimate"]["forced"], true);
+  const auto& facts = few.stages[1].facts["thinned_points"];
+  EXPECT_EQ(facts["points_before"], 3 * size.width * size.height);
+  EXPECT_LT(facts["points_after"].get<long>(), facts["points_before"].get<long>() * 2 / 3);
+  EXPECT_NEAR(few.stages[1].facts["valid_share"].get<double>(), all.stages[1].facts["valid_share"].get<double>(), 0.02);
+  const Drawn a = drawn("all", 2), b = drawn("few", 2);
+  ValidityMask both = a.valid;
+  intersect(both, b.valid);
+  EXPECT_GT(psnr(MetricImage(a.colour), MetricImage(b.colour), &both), 30);
+  const long points = ply_points(folder_.file("few") + "/points_00001.ply");
+  EXPECT_GT(points, 0);
+  EXPECT_LT(points, ply_points(folder_.file("all") + "/points_00001.ply"));
+
+  options_.max_error = 0;
+  run_into("none", CloudChoice::per_frame);
+  EXPECT_EQ(record()["choices"]["decimate"]["choice"], "off");
+  EXPECT_EQ(record()["choices"]["decimate"]["forced"], true);
+}
+
 }  // namespace
 }  // namespace uwv

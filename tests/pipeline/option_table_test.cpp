@@ -163,6 +163,8 @@ TEST(RunOptions, OutOfRangeValuesAreRefused) {
                                                                 {"threads", "-1"},
                                                                 {"ply", "0,-1"},
                                                                 {"contact_sheet", "-1"},
+                                                                {"max_error", "-1"},
+                                                                {"max_error", "1001"},
                                                                 {"depth_scale", "0"},
                                                                 {"disparity", "d.npy"},
                                                                 {"reliability_window", "4"},

@@ -54,8 +54,7 @@ struct GeometryPlanOptions {
   /// Frames whose depth is computed may be so far apart that this parallax lies between them: nearer ones repeat the
   /// work, farther ones lose depth on the way. docs/performance.md has what 1 to 8 frames cost and keep.
   double key_parallax_px = 2;
-  int max_key_stride = 4;   ///< Depth carried farther than this drifts.
-  double max_points = 4e6;  ///< From here on flat surfaces are thinned out; 10 frames of 832 x 480.
+  int max_key_stride = 4;  ///< Depth carried farther than this drifts.
 
   std::optional<GeometryProvider> provider;  ///< Forced when set, as are those below.
   std::optional<CloudKind> cloud;

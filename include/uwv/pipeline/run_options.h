@@ -132,6 +132,9 @@ struct RunOptions {
   RendererChoice renderer = RendererChoice::automatic;
   GlBackend gl = GlBackend::automatic;  ///< Which headless OpenGL, where GL is used.
   CloudChoice cloud = CloudChoice::automatic;
+  /// Fewer points where surfaces are flat, so that nothing moves by more than so many pixels; 0 = keep all points.
+  /// Unset: where it pays, which is nowhere yet (docs/performance.md).
+  std::optional<double> max_error;
   Kernel kernel = OcclusionOptions{}.kernel;
   Visibility visibility = OcclusionOptions{}.visibility;
   /// Unset: none where the source camera moves (a pixel of its picture is another point of the scene each time), else

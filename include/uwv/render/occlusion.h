@@ -103,12 +103,15 @@ struct OcclusionOptions {
 
 /// One source frame. Pointers are borrowed for the call; null means "not given".
 struct SourceFrame {
-  long index = 0;                            ///< Two calls with the same index must bring the same frame.
-  Camera camera;                             ///< T^s and K of this frame; camera.size is the size of everything below.
-  const ImageRgb* colour = nullptr;          ///< Required.
-  const DepthMap* depth = nullptr;           ///< Required; 0 = invalid.
-  const SlopeMap* slopes = nullptr;          ///< Imported normals as slopes; null = computed from depth.
-  const ValidityMask* valid = nullptr;       ///< M^s; null = the reliability filter's answer.
+  long index = 0;                       ///< Two calls with the same index must bring the same frame.
+  Camera camera;                        ///< T^s and K of this frame; camera.size is the size of everything below.
+  const ImageRgb* colour = nullptr;     ///< Required.
+  const DepthMap* depth = nullptr;      ///< Required; 0 = invalid.
+  const SlopeMap* slopes = nullptr;     ///< Imported normals as slopes; null = computed from depth.
+  const ValidityMask* valid = nullptr;  ///< M^s; null = the reliability filter's answer.
+  /// A decimated cloud: the cell sides of the points `valid` keeps (see PointGrid::cells). `depth` holds the planes'
+  /// depths at those points and the picture's own everywhere else, `slopes` likewise. Not for Kernel::bilinear.
+  const Image<std::uint8_t>* cells = nullptr;
   const ValidityMask* foreground = nullptr;  ///< F (1 = moving foreground), for Accumulation::foreground.
 };
 

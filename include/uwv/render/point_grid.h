@@ -20,6 +20,9 @@ struct PointGrid {
   const DepthMap* depth = nullptr;     ///< Required; 0 = no point.
   const SlopeMap* slopes = nullptr;    ///< Null = every point faces the camera.
   const ValidityMask* keep = nullptr;  ///< Null = all; 0 drops the point.
+  /// Null = a point stands for its own pixel. Else, at points that are kept, the side s >= 1 of the square of pixels
+  /// from (x - x % s, y - y % s) on that the point stands for with its plane (see decimation.h). CPU renderer only.
+  const Image<std::uint8_t>* cells = nullptr;
   /// Throws std::invalid_argument unless the sizes agree and the camera can be inverted.
   void check() const;
 };

@@ -140,13 +140,11 @@ PlanDecision<int> choose_stride(const SceneProfile& p, const GeometryPlanOptions
           fmt::format("matching {} of {} frames", p.frames - std::min(keys, p.frames), p.frames), false};
 }
 
-PlanDecision<bool> choose_decimation(const SceneProfile& p, const GeometryPlanOptions& o, CloudKind cloud) {
-  const double points = static_cast<double>(p.size.pixels()) * (cloud == CloudKind::merged ? p.frames : 1);
-  const bool much = points > o.max_points;
-  return {much,
-          fmt::format("{:.2f} million points at once are {} {:.2f} million", points / 1e6,
-                      much ? "more than" : "no more than", o.max_points / 1e6),
-          much ? "memory and drawing time in proportion to what is flat" : "the time of finding flat cells", false};
+PlanDecision<bool> choose_decimation(const SceneProfile& p) {
+  return {false,
+          fmt::format("drawing takes as long with a tenth of the {:.2f} million points: pixels set the pace",
+                      static_cast<double>(p.size.pixels()) / 1e6),
+          "the time of finding flat cells", false};
 }
 
 }  // namespace
@@ -186,7 +184,6 @@ void GeometryPlanOptions::check() const {
   share(min_layer_motion, "min_layer_motion");
   positive(key_parallax_px, "key_parallax_px");
   require(max_key_stride >= 1, "max_key_stride {} is below 1", max_key_stride);
-  positive(max_points, "max_points");
   require(!key_stride || *key_stride >= 1, "key_stride {} is below 1", key_stride.value_or(1));
 }
 
@@ -198,7 +195,7 @@ GeometryPlan plan_geometry(const SceneProfile& profile, const GeometryPlanOption
   plan.cloud = decide(choose_cloud(p, options, plan.provider.choice), options.cloud);
   plan.layers = decide(choose_layers(p, options), options.layers);
   plan.key_stride = decide(choose_stride(p, options, plan.provider.choice), options.key_stride);
-  plan.decimate = decide(choose_decimation(p, options, plan.cloud.choice), options.decimate);
+  plan.decimate = decide(choose_decimation(p), options.decimate);
   return plan;
 }
 

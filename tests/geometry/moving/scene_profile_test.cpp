@@ -30,7 +30,7 @@ SceneProfile rich() {
 
 GeometryPlan plan(const SceneProfile& p, const GeometryPlanOptions& options = {}) { return plan_geometry(p, options); }
 
-TEST(GeometryPlanTest, ARichClipIsMeasuredMergedLayeredAndThinned) {
+TEST(GeometryPlanTest, ARichClipIsMeasuredMergedAndLayered) {
   const GeometryPlan got = plan(rich());
   EXPECT_EQ(got.provider.choice, GeometryProvider::sfm);
   EXPECT_THAT(got.provider.reason, HasSubstr("24.0 px"));
@@ -38,9 +38,9 @@ TEST(GeometryPlanTest, ARichClipIsMeasuredMergedLayeredAndThinned) {
   EXPECT_TRUE(got.layers.choice);
   EXPECT_EQ(got.key_stride.choice, 2);  // 1 px a frame, 2 allowed
   EXPECT_THAT(got.key_stride.saves, HasSubstr("12 of 25"));
-  EXPECT_TRUE(got.decimate.choice);
+  EXPECT_FALSE(got.decimate.choice);  // drawing is no faster
   EXPECT_TRUE(got.notes.empty());
-  EXPECT_EQ(got.brief(), "depth from sfm, merged cloud, two layers, depth every 2 frame(s), thinned points");
+  EXPECT_EQ(got.brief(), "depth from sfm, merged cloud, two layers, depth every 2 frame(s), all points");
 }
 
 TEST(GeometryPlanTest, EachLackOfEvidenceLeavesDepthToThePrior) {
@@ -133,16 +133,12 @@ TEST(GeometryPlanTest, TheStrideFollowsTheParallaxOfAFrame) {
   EXPECT_EQ(plan(p).key_stride.choice, 1);
 }
 
-TEST(GeometryPlanTest, ThinningDependsOnHowManyPointsAreHeldAtOnce) {
-  SceneProfile p = rich();
-  p.frames = 10;
-  EXPECT_FALSE(plan(p).decimate.choice);  // 3.99 million
-  p.frames = 11;
-  EXPECT_TRUE(plan(p).decimate.choice);
-  p.cuts = 1;  // one frame's points at a time
-  EXPECT_FALSE(plan(p).decimate.choice);
-  p.size = {4096, 2160};
-  EXPECT_TRUE(plan(p).decimate.choice);
+TEST(GeometryPlanTest, PointsAreThinnedOutOnlyWhenAsked) {
+  GeometryPlanOptions asked;
+  asked.decimate = true;
+  EXPECT_FALSE(plan(rich()).decimate.choice);
+  EXPECT_THAT(plan(rich()).decimate.reason, HasSubstr("0.40 million points"));
+  EXPECT_TRUE(plan(rich(), asked).decimate.choice);
 }
 
 TEST(GeometryPlanTest, EveryDecisionCanBeForcedAndSaysWhatTheNumbersSay) {
@@ -161,7 +157,7 @@ TEST(GeometryPlanTest, EveryDecisionCanBeForcedAndSaysWhatTheNumbersSay) {
   EXPECT_TRUE(got.provider.forced && got.cloud.forced && got.layers.forced && got.key_stride.forced &&
               got.decimate.forced);
   EXPECT_THAT(got.provider.reason, HasSubstr("the numbers say otherwise"));
-  EXPECT_THAT(got.decimate.reason, HasSubstr("the numbers say the same"));
+  EXPECT_THAT(got.decimate.reason, HasSubstr("the numbers say otherwise"));
   EXPECT_FALSE(plan(rich()).provider.forced);
 }
 
