@@ -207,11 +207,10 @@ ordered_json SceneChoices::to_json() const {
 
 std::string SceneChoices::brief() const {
   const auto mark = [](bool forced) { return forced ? " (set)" : ""; };
-  return fmt::format("{} cloud{}: {}; layers {}{}; depth of every {} frame{}; points {}{}",
+  return fmt::format("{} cloud{}: {}; layers {}{}; depth of one frame in {}{}; points {}{}",
                      plan.cloud.choice == CloudKind::merged ? "merged" : "per-frame", mark(plan.cloud.forced),
                      plan.cloud.reason, plan.layers.choice ? "on" : "off", mark(plan.layers.forced),
-                     plan.key_stride.choice == 1 ? "single" : fmt::format("{}th", plan.key_stride.choice),
-                     mark(plan.key_stride.forced), plan.decimate.choice ? "thinned" : "all",
+                     plan.key_stride.choice, mark(plan.key_stride.forced), plan.decimate.choice ? "thinned" : "all",
                      mark(plan.decimate.forced));
 }
 

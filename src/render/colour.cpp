@@ -185,18 +185,23 @@ void resampled_colour(const PointGrid& points, const Camera& target, const ZBuff
   out.colour.resize(target.size);
   out.valid.resize(target.size);
   out.depth.resize(target.size);
-  for_surfels(points, target, zbuffer, pool,
-              [&](int y, int x, int count, const Patches& patches, const Surfels& surfels) {
-                Taps taps;
-                find_taps(points, patches, surfels, count, taps);
-                std::copy_n(surfels.depth.begin(), count, out.depth.row(y) + x);
-                fetch_colours(source, count, taps);
-                std::array<std::uint32_t, block_size> pixels;
-                blend_taps(patches, taps, count, pixels.data());
-                store_pixels(pixels.data(), count, out.colour.row(y) + x);
-                std::transform(patches.z.begin(), patches.z.begin() + count, out.valid.row(y) + x,
-                               [](float z) { return static_cast<std::uint8_t>(z > 0); });
-              });
+  const auto empty = [&](int y, int x, int count) {
+    std::fill_n(out.colour.row(y) + x, count, Rgb8{});
+    std::fill_n(out.depth.row(y) + x, count, 0.0F);
+    std::fill_n(out.valid.row(y) + x, count, std::uint8_t{0});
+  };
+  const auto emit = [&](int y, int x, int count, const Patches& patches, const Surfels& surfels) {
+    Taps taps;
+    find_taps(points, patches, surfels, count, taps);
+    std::copy_n(surfels.depth.begin(), count, out.depth.row(y) + x);
+    fetch_colours(source, count, taps);
+    std::array<std::uint32_t, block_size> pixels;
+    blend_taps(patches, taps, count, pixels.data());
+    store_pixels(pixels.data(), count, out.colour.row(y) + x);
+    std::transform(patches.z.begin(), patches.z.begin() + count, out.valid.row(y) + x,
+                   [](float z) { return static_cast<std::uint8_t>(z > 0); });
+  };
+  for_surfels(points, target, zbuffer, pool, emit, empty);
 }
 
 }  // namespace uwv::detail

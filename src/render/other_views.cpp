@@ -70,6 +70,12 @@ void occupy(const ValidityMask& valid, ZBuffer& zbuffer) {
                  [](std::uint8_t known) { return known != 0 ? 0U : PointCode::none; });
 }
 
+/// Takes out what occupy() put in.
+void vacate(const ValidityMask& valid, ZBuffer& zbuffer) {
+  for (std::size_t i = 0; i < valid.pixels().size(); ++i)
+    if (valid.pixels()[i] != 0) zbuffer.winner.pixels()[i] = PointCode::none;
+}
+
 }  // namespace
 
 struct OtherViews::State {
@@ -89,6 +95,7 @@ struct OtherViews::State {
   void draw(const PointGrid& points, const ImageRgb& colour, const Camera& target, const ValidityMask& valid) {
     occupy(valid, zbuffer);
     rasterizer.fill(points, target, occlusion.footprint, zbuffer);
+    vacate(valid, zbuffer);
     if (occlusion.kernel == Kernel::nearest)
       detail::nearest_colour(zbuffer, colour, pool, drawn);
     else

@@ -40,13 +40,18 @@ void surface_geometry(const PointGrid& points, const Camera& target, const ZBuff
                       DepthMap& depth, SlopeMap* slopes) {
   depth.resize(target.size);
   if (slopes != nullptr) slopes->resize(target.size);
-  for_surfels(points, target, zbuffer, pool, [&](int y, int x, int count, const Patches&, const Surfels& surfels) {
+  const auto empty = [&](int y, int x, int count) {
+    std::fill_n(depth.row(y) + x, count, 0.0F);
+    if (slopes != nullptr) std::fill_n(slopes->row(y) + x, count, Slope{});
+  };
+  const auto emit = [&](int y, int x, int count, const Patches&, const Surfels& surfels) {
     std::copy_n(surfels.depth.begin(), count, depth.row(y) + x);
     if (slopes == nullptr) return;
     Slope* row = slopes->row(y) + x;
     for (int i = 0; i < count; ++i)
       row[i] = {surfels.sx[static_cast<std::size_t>(i)], surfels.sy[static_cast<std::size_t>(i)]};
-  });
+  };
+  for_surfels(points, target, zbuffer, pool, emit, empty);
 }
 
 void visible_by_ztest(const PointGrid& points, const Camera& target, const DepthMap& depth, const SlopeMap& slopes,

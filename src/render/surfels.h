@@ -35,10 +35,11 @@ void gather_patches(const PointGrid& points, const std::uint32_t* winner, int co
 /// Surfels of target pixels (x, y) .. (x + count - 1, y).
 void meet_patches(const WarpMap& map, int x, int y, int count, const Patches& patches, Surfels& out);
 
-/// Calls emit(y, x, count, patches, surfels) for every block of the target.
-template <class Emit>
+/// Calls emit(y, x, count, patches, surfels) for every block of the target that shows something, and empty(y, x, count)
+/// for the others.
+template <class Emit, class Empty>
 void for_surfels(const PointGrid& points, const Camera& target, const ZBuffer& zbuffer, ThreadPool& pool,
-                 const Emit& emit) {
+                 const Emit& emit, const Empty& empty) {
   const WarpMap map = WarpMap::between(points.camera, target);
   pool.for_ranges(0, target.size.height, 8, [&](int from, int to) {
     Patches patches;
@@ -46,7 +47,12 @@ void for_surfels(const PointGrid& points, const Camera& target, const ZBuffer& z
     for (int y = from; y < to; ++y)
       for (int x = 0; x < target.size.width; x += block_size) {
         const int count = std::min(block_size, target.size.width - x);
-        gather_patches(points, zbuffer.winner.row(y) + x, count, patches);
+        const std::uint32_t* winner = zbuffer.winner.row(y) + x;
+        if (std::all_of(winner, winner + count, [](std::uint32_t code) { return code == PointCode::none; })) {
+          empty(y, x, count);
+          continue;
+        }
+        gather_patches(points, winner, count, patches);
         meet_patches(map, x, y, count, patches, surfels);
         emit(y, x, count, patches, surfels);
       }

@@ -191,6 +191,15 @@ TEST_F(UwvApp, RunRecordRepeatsTheRun) {
   EXPECT_EQ(record("longer")["options"]["alpha"], 70);
 }
 
+TEST_F(UwvApp, NoLayersIsShortForLayersOff) {
+  make_clip(folder_, {});
+  must(run_arguments("out", {"--no-layers", "--frames", "1"}));
+  EXPECT_EQ(record("out")["options"]["layers"], "off");
+  EXPECT_EQ(record("out")["choices"]["layers"]["forced"], true);
+  must(run_arguments("on", {"--layers", "on", "--frames", "1"}));
+  EXPECT_EQ(record("on")["choices"]["layers"]["choice"], "off") << "there is none to be drawn";
+}
+
 TEST_F(UwvApp, APhotoIsAClipOfOneFrame) {
   write_png(folder_.file("photo.png"), clip_picture({}, 0));
   const DepthMap depth = clip_depth({}, 0);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "support/temp_folder.h"
 #include "uwv/eval/stock_scenes.h"
@@ -45,6 +46,11 @@ class EstimatedRun : public ::testing::Test {
     options_.traj = "left";
     options_.fov = 60;
     options_.renderer = RendererChoice::cpu;
+  }
+
+  nlohmann::json record() const {
+    std::ifstream file(options_.out + "/run.json");
+    return nlohmann::json::parse(file);
   }
 
   std::string error_of_run() {
@@ -117,6 +123,71 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   EXPECT_EQ(reused.stages[1].facts["frames"], 9);
   options_.start = 1;
   EXPECT_THAT(error_of_run(), HasSubstr("geometry of 9 frames from 0 on"));
+}
+
+TEST_F(EstimatedRun, WhatWasMeasuredDecidesAgainWhenTheGeometryIsReused) {
+  film(9, 1.5);
+  options_.follow_source = true;
+  Monitor monitor;
+  run(options_, monitor);
+  const nlohmann::json first = record();
+  EXPECT_EQ(first["scene_profile"]["motion"], "moving");
+  EXPECT_GT(first["scene_profile"]["measured_share"], 0.3);
+  EXPECT_GT(first["scene_profile"]["parallax_per_frame_px"], 0);
+  EXPECT_EQ(first["choices"]["cloud"]["choice"], "merged") << first["choices"].dump(1);
+  EXPECT_EQ(first["choices"]["key_stride"]["forced"], false);
+  EXPECT_THAT(first["choices"]["key_stride"]["saves"].get<std::string>(), HasSubstr("of 9 frames"));
+
+  options_.depth = options_.out + "/geometry";
+  options_.out = folder_.file("second");
+  const RunSummary reused = run(options_, monitor);
+  EXPECT_EQ(record()["scene_profile"], first["scene_profile"]);
+  EXPECT_EQ(record()["choices"], first["choices"]);
+  EXPECT_GT(reused.stages[1].facts["other_frames"]["filled_share"], 0);
+
+  // A folder of an older build, which says nothing of all this, is looked at as given depth is.
+  const std::string description = options_.depth + "/geometry.json";
+  std::ofstream(description) << R"({"start": 0, "stride": 1, "frames": 9})";
+  options_.out = folder_.file("third");
+  run(options_, monitor);
+  EXPECT_EQ(record()["scene_profile"]["motion"], "moving");
+  EXPECT_EQ(record()["choices"]["key_stride"]["reason"], "the geometry folder does not say");
+  // One that was tampered with is as good as one that says nothing.
+  std::ofstream(description)
+      << R"({"start": 0, "stride": 1, "frames": 9, "provider": 7, "key_stride": {"choice": "x"},)"
+         R"( "profile": {"motion": [], "cuts": 1e300, "moving_share": -4, "parallax_px": "a"}})";
+  options_.out = folder_.file("fourth");
+  run(options_, monitor);
+  EXPECT_EQ(record()["choices"]["cloud"]["choice"], "per_frame");
+}
+
+TEST_F(EstimatedRun, KeyFramesAsToldAndRecorded) {
+  film(9, 1.5);
+  options_.mvs_key_stride = 4;
+  Monitor monitor;
+  const RunSummary summary = run(options_, monitor);
+  EXPECT_EQ(summary.stages[0].facts["multi_view_stereo"]["matched_frames"], 3);
+  EXPECT_EQ(record()["choices"]["key_stride"]["choice"], 4);
+  EXPECT_EQ(record()["choices"]["key_stride"]["forced"], true);
+}
+
+TEST_F(EstimatedRun, TheBackgroundIsDrawnWhereThePathNeedsIt) {
+  film(1, 0);
+  options_.frames = 4;
+  Monitor monitor;
+  run(options_, monitor);
+  ASSERT_TRUE(fs::exists(options_.out + "/geometry/background.mp4"));
+  EXPECT_EQ(record()["choices"]["layers"]["choice"], "on") << record()["choices"].dump(1);
+  options_.depth = options_.out + "/geometry";
+  options_.traj = "still";
+  options_.out = folder_.file("second");
+  const RunSummary still = run(options_, monitor);
+  EXPECT_EQ(record()["choices"]["layers"]["choice"], "off");
+  EXPECT_THAT(still.stages[1].facts["background_layer"].get<std::string>(), HasSubstr("uncovers only 0.0 %"));
+  options_.layers = LayerChoice::on;
+  options_.out = folder_.file("third");
+  EXPECT_EQ(run(options_, monitor).stages[1].facts["background_layer"], "drawn");
+  EXPECT_EQ(record()["choices"]["layers"]["forced"], true);
 }
 
 TEST_F(EstimatedRun, SaysThatDepthIsAPriorWhereTheCameraStoodStill) {

@@ -118,6 +118,12 @@ TEST(OptionTable, WrongJsonTypesAreRefused) {
     EXPECT_THROW(options_from_json(nlohmann::json::parse(text), "x"), Error) << text;
 }
 
+TEST(OptionTable, FlagsOfOlderRecordsAreUnderstood) {
+  EXPECT_EQ(options_from_json(nlohmann::json::parse(R"({"layers": false})"), "x").layers, LayerChoice::off);
+  EXPECT_EQ(options_from_json(nlohmann::json::parse(R"({"layers": true})"), "x").layers, LayerChoice::on);
+  EXPECT_THROW(options_from_json(nlohmann::json::parse(R"({"cloud": true})"), "x"), Error);
+}
+
 TEST(OptionTable, ReadsARunRecordAndBareOptions) {
   const test::TempFolder folder;
   const std::string bare = to_json(unusual()).dump();
