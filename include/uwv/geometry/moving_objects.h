@@ -46,7 +46,8 @@ struct MovingOptions {
   /// Smaller regions are taken for noise; share of the picture. 0.0005 is 14 x 14 pixels of 832 x 480.
   double smallest = 0.0005;
   /// A piece of the given foreground is taken as a whole when this share of it was found to move: not all of what moves
-  /// shows, but a thing at rest that a moving one touches in the picture is not to be taken along.
+  /// shows, but a thing at rest that a moving one touches in the picture is not to be taken along. Before and after,
+  /// without a break, two fifths of this share are enough.
   double agreement = 0.5;
   /// Frames before and after over which that share is averaged: an animal that pauses in mid-stride stays whole, one
   /// that stands still for longer is part of the static scene, and measured.

@@ -123,6 +123,26 @@ struct MovingShares {
     });
   }
 
+  /// Frames in which a chain is taken: its share around them is at least `agreement`, or two fifths of that and it
+  /// leads there without a break.
+  std::vector<char> taken(int chain, double agreement, int window) const {
+    constexpr double enough_beside = 0.4;
+    const int frames = static_cast<int>(area[at(chain)].size());
+    std::vector<double> share;
+    std::vector<char> out;
+    for (int i = 0; i < frames; ++i) {
+      share.push_back(around(chain, i, window));
+      out.push_back(share.back() >= agreement ? 1 : 0);
+    }
+    const auto follow = [&](int from, int to) {
+      if (out[at(from)] != 0 && share[at(to)] >= enough_beside * agreement) out[at(to)] = 1;
+    };
+    for (int i = 1; i < frames; ++i) follow(i - 1, i);
+    for (int i = frames - 1; i > 0; --i) follow(i, i - 1);
+    return out;
+  }
+
+ private:
   double around(int chain, int frame, int window) const {
     double moves = 0, all = 0;
     const int frames = static_cast<int>(area[at(chain)].size());
@@ -182,10 +202,12 @@ void adopt_foreground(std::span<const ImageRgb> frames, std::span<const Foregrou
   for (const ForegroundMask& mask : foreground) masks.push_back(view(mask));
   const LinkedPieces pieces(masks, reach_of(foreground[0].size()), pool);
   const MovingShares shares(pieces, static_pixels, pool);
+  std::vector<std::vector<char>> moves_in;
+  for (int chain = 0; chain < pieces.chain_count(); ++chain) moves_in.push_back(shares.taken(chain, agreement, window));
   pool.run(pieces.frames(), [&](int i) {
     std::vector<std::uint8_t> taken(at(pieces.label_count(i)), 0);
     for (int label = 1; label < pieces.label_count(i); ++label)
-      taken[at(label)] = shares.around(pieces.chain(i, label), i, window) >= agreement ? 255 : 0;
+      taken[at(label)] = moves_in[at(pieces.chain(i, label))][at(i)] != 0 ? 255 : 0;
     const cv::Mat labels = pieces.labels(i);
     cv::Mat adopted(labels.size(), CV_8U);
     for (int y = 0; y < labels.rows; ++y)

@@ -39,7 +39,7 @@ class LinkedPieces {
 };
 
 /// Marks as moving the pieces of the foreground that were found to move: at least the share `agreement` of a piece's
-/// pixels, on average over the frames up to `window` before and after, in which it may have moved more or less. What
+/// pixels, on average over the frames up to `window` before and after, or two fifths of that share from there on. What
 /// lies beyond such a piece's outline belongs to it where motion and colour say so, or colour alone says so clearly.
 void adopt_foreground(std::span<const ImageRgb> frames, std::span<const ForegroundMask> foreground, double agreement,
                       int window, ThreadPool& pool, std::vector<ValidityMask>& static_pixels);

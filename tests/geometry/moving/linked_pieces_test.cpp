@@ -64,9 +64,20 @@ TEST_F(LinkedPiecesTest, APauseInMidStrideDoesNotTearItApartAndALongRestIsStatic
   const std::vector<ForegroundMask> figure = standing_figure(60);
   std::vector<ValidityMask> masks = all_static(60);
   for (const std::size_t i : {0, 1, 2, 3, 4, 8, 9, 10, 11, 12}) put(masks[i], 50, 20, 70, 60, 0);
-  moving::adopt_foreground(pictures_of(figure), figure, 0.3, 4, pool_, masks);
+  moving::adopt_foreground(pictures_of(figure), figure, 0.5, 4, pool_, masks);
   for (std::size_t i = 0; i <= 12; ++i) EXPECT_EQ(moving_pixels(masks[i]), figure[i].count()) << "frame " << i;
   for (std::size_t i = 17; i < 60; ++i) EXPECT_EQ(moving_pixels(masks[i]), 0U) << "frame " << i;
+}
+
+TEST_F(LinkedPiecesTest, LittleMotionIsEnoughOnlyWhereItLeadsToMuch) {
+  const std::vector<ForegroundMask> figure = standing_figure(30);
+  for (const bool once_moved : {true, false}) {
+    std::vector<ValidityMask> masks = all_static(30);
+    for (std::size_t i = 0; i < 30; ++i) put(masks[i], 50, once_moved && i < 8 ? 20 : 48, 70, 60, 0);  // 30 % or all
+    moving::adopt_foreground(pictures_of(figure), figure, 0.5, 2, pool_, masks);
+    for (std::size_t i = 0; i < 30; ++i)
+      EXPECT_EQ(moving_pixels(masks[i]) == figure[i].count(), once_moved) << "frame " << i;
+  }
 }
 
 TEST_F(LinkedPiecesTest, ColourSettlesTheOutlineBeyondTheForeground) {
