@@ -5,6 +5,7 @@
 #include "support/command_line.h"
 #include "support/doctor.h"
 #include "support/terminal_monitor.h"
+#include "uwv/model/foreground_network.h"
 #include "uwv/pipeline/compare.h"
 #include "uwv/pipeline/environment.h"
 #include "uwv/pipeline/run.h"
@@ -20,6 +21,16 @@ constexpr const char* more_examples =
     "  uwv_app --video in.mp4 --depth depth.npz --traj orbit --accumulation product_in_view --complete inpaint\n"
     "  uwv_app --options result/run.json --kernel nearest --out faster\n"
     "docs/usage.md explains each of them.";
+
+uwv::RunComponents components() {
+  uwv::RunComponents all;
+#ifdef UWV_APP_WITH_MODEL
+  all.open_depth_network = uwv::open_depth_network;
+  all.open_foreground_network = [](const std::string& folder) { return uwv::open_foreground_network(folder); };
+  all.open_foreground_tracker = [](const std::string& folder) { return uwv::open_foreground_tracker(folder); };
+#endif
+  return all;
+}
 
 }  // namespace
 
@@ -58,8 +69,9 @@ int main(int argc, char** argv) {
     else if (look_command.parsed())
       fmt::print("{}\n", look(look_flags.options(), monitor).brief());
     else
-      fmt::print("{}", run(run_flags.options(), monitor, [](const SceneLook& look) {
-                         fmt::print("scene: {}\n", look.brief());
-                       }).report());
+      fmt::print("{}", run(
+                           run_flags.options(), monitor,
+                           [](const SceneLook& look) { fmt::print("scene: {}\n", look.brief()); }, components())
+                           .report());
   });
 }

@@ -9,8 +9,10 @@ add_executable(uwv_bench
   bench/depth_width.cpp
   bench/dungeon_clip.cpp
   bench/geometry.cpp
+  bench/geometry_camera_options.cpp
   bench/geometry_choices.cpp
   bench/geometry_depth.cpp
+  bench/geometry_moving.cpp
   bench/geometry_scores.cpp
   bench/geometry_views.cpp
   bench/long_paths.cpp
@@ -24,6 +26,8 @@ add_executable(uwv_bench
   bench/save_scene.cpp
   bench/skipped_passes.cpp
   bench/smeared_depth.cpp
+  bench/stereo_depth.cpp
+  bench/stereo_pairs.cpp
   bench/table.cpp
   bench/true_clip.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})

@@ -64,16 +64,34 @@ class CommandLine {
         geometry);
     frames_flag(found);
     found.add_option("--recording", options_.recording, "Folder of a clip with known cameras and depth")->required();
-    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views,choices")
+    found.add_option("--start", options_.start, "First frame of the recording to take")->capture_default_str();
+    found.add_option("--stride", options_.stride, "Take every so many-th frame")->capture_default_str();
+    found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views; or camera_options, choices")
         ->delimiter(',')
         ->capture_default_str();
-    found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,..")
+    found.add_option("--pairs", pairs_, "Frames of the views as SOURCE:TARGET,.., of those taken")
         ->delimiter(',')
         ->capture_default_str();
     found.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
+    mvs_runs_flag(found);
+    found.add_option("--plot", options_.plot, "Also show speed and accuracy of the depth table in this SVG file");
     found.add_option("--colmap", options_.colmap_folder, "Also run COLMAP, in this folder");
     found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")
         ->capture_default_str();
+
+    CLI::App& stereo = subcommand(
+        app, "stereo", "Depth of stereo pairs by clips' matcher; example: uwv_bench stereo --stereo .cache/demo",
+        stereo_depth);
+    mvs_runs_flag(stereo);
+    stereo.add_option("--stereo", options_.stereo, "Folders of pairs: Middlebury's, or the one scripts/setup fetches")
+        ->delimiter(',')
+        ->required();
+
+    CLI::App& moves = subcommand(
+        app, "moving",
+        "What moves before a moving camera and what it hides, against a synthetic scene; example: uwv_bench moving",
+        moving);
+    size_flags(moves);
 
     CLI::App& clip = subcommand(
         app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall",
@@ -117,6 +135,11 @@ class CommandLine {
 
   void runs_flag(CLI::App& sub) {
     sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
+  }
+
+  void mvs_runs_flag(CLI::App& sub) {
+    sub.add_option("--mvs-runs", options_.mvs_runs, "Runs of each option of stereo; the median time is reported")
+        ->capture_default_str();
   }
 
   void frames_flag(CLI::App& sub) {

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "bench/benchmarks.h"
+#include "bench/accuracy.h"
 #include "bench/timing.h"
-#include "uwv/eval/stock_scenes.h"
 #include "uwv/geometry/depth_alignment.h"
 
 namespace uwv::bench {
@@ -16,11 +15,8 @@ namespace {
 constexpr AlignmentLine still{0.37, 0.05};
 
 DepthMap scene_depth(const BenchOptions& options, Size size, ThreadPool& pool) {
-  StockOptions stock;
-  stock.size = size;
-  for (const StockScene& scene : stock_scenes(stock))
-    if (scene.name == options.scene) return render(scene.scene, scene.source, 0, pool).depth;
-  fail(ErrorCode::value_invalid, "there is no stock scene '{}'", options.scene);
+  const StockScene scene = scene_named(options.scene, size);
+  return render(scene.scene, scene.source, 0, pool).depth;
 }
 
 Image<float> relative_to(const DepthMap& depth, const AlignmentLine& line) {

@@ -32,9 +32,12 @@ struct BenchOptions {
   int frames = 81;     ///< Of the clip to be made; of a recording, at most so many are taken.
   bool figure = true;  ///< A figure walks through the clip.
 
-  // Cameras and depth from pictures; see geometry.h.
-  std::string recording;  ///< Folder of a clip with known cameras and depth; see true_clip.h.
+  // Cameras and depth from pictures; see geometry.h and stereo_pairs.h.
+  std::string recording;       ///< Folder of a clip with known cameras and depth; see true_clip.h.
+  long start = 0, stride = 1;  ///< Of its frames: start, start + stride, ...
   std::vector<std::string> tables{"cameras", "depth", "stages", "views"};  ///< Which to make.
+  int mvs_runs = 1;                                                        ///< Of each option of multi-view stereo.
+  std::vector<std::string> stereo;                                         ///< Folders of stereo pairs.
   std::string colmap_folder;     ///< Also run COLMAP, which works there; empty = left out.
   double colmap_patience = 600;  ///< Seconds for each of its runs.
 
@@ -61,6 +64,12 @@ std::vector<Table> save_scene(const BenchOptions& options);
 
 /// Cameras and depth found from the pictures of a clip, against its truth; novel views made with them; their time.
 std::vector<Table> geometry(const BenchOptions& options);
+
+/// Depth of stereo pairs by the same matcher as clips', with known cameras.
+std::vector<Table> stereo_depth(const BenchOptions& options);
+
+/// What moves before a moving camera, and the background behind it, against a synthetic scene.
+std::vector<Table> moving(const BenchOptions& options);
 
 /// Saves a clip rendered from models with all that is true about it: image/*.png and clip.mp4, depth.npz (scene units),
 /// cameras.json, and foreground/*.png, white where the figure is.

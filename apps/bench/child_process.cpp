@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -42,7 +43,8 @@ ChildResult run_child(const std::vector<std::string>& words, const std::vector<s
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
+  rusage usage{};
+  while (wait4(child, &status, WNOHANG, &usage) == 0) {
     if (elapsed() > patience_seconds && !result.timed_out) {
       result.timed_out = true;
       kill(child, SIGKILL);
@@ -50,6 +52,10 @@ ChildResult run_child(const std::vector<std::string>& words, const std::vector<s
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   result.seconds = elapsed();
+  const auto in_seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  result.processor_seconds = in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime);
   if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
   return result;
 }

@@ -12,6 +12,7 @@ struct ChildResult {
   bool timed_out = false;  ///< It was ended because it took too long.
   int status = -1;         ///< Exit code; -1 = ended by a signal.
   double seconds = 0;
+  double processor_seconds = 0;  ///< Of all its threads.
   bool ok() const { return started && !timed_out && status == 0; }
 };
 

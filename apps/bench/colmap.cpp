@@ -22,27 +22,31 @@ class Colmap {
 
   fs::path path(const char* name) const { return folder_ / name; }
 
-  /// Seconds taken. After a failure nothing runs any more.
-  double run(const std::string& step, std::vector<std::string> flags) {
-    if (!failure_.empty()) return 0;
+  /// After a failure nothing runs any more.
+  void run(const std::string& step, std::vector<std::string> flags) {
+    if (!failure_.empty()) return;
     flags.insert(flags.begin(), {"colmap", step});
     // Qt would look for a display otherwise, even without a window.
     const ChildResult result = run_child(flags, {"QT_QPA_PLATFORM=offscreen"}, path("log.txt").string(), patience_);
     patience_ -= result.seconds;
+    seconds_ += result.seconds;
+    processor_seconds_ += result.processor_seconds;
     if (!result.started)
       failure_ = "colmap is not installed";
     else if (result.timed_out)
       failure_ = fmt::format("{} took too long", step);
     else if (result.status != 0)
       failure_ = fmt::format("{} failed, see {}", step, path("log.txt").string());
-    return result.seconds;
   }
 
   const std::string& failure() const { return failure_; }
+  double seconds() const { return seconds_; }
+  double processor_seconds() const { return processor_seconds_; }
 
  private:
   fs::path folder_;
   double patience_;
+  double seconds_ = 0, processor_seconds_ = 0;
   std::string failure_;
 };
 
@@ -145,15 +149,15 @@ ColmapResult run_colmap(std::span<const ImageRgb> frames, const std::string& fol
                                     "--SiftExtraction.num_threads",
                                     threads};
   features.insert(features.end(), lens.begin(), lens.end());
-  result.feature_seconds = colmap.run("feature_extractor", features);
-  result.match_seconds =
-      colmap.run("sequential_matcher", {"--database_path", database, "--SiftMatching.use_gpu", "0",
-                                        "--SiftMatching.num_threads", threads, "--SequentialMatching.overlap",
-                                        std::to_string(options.overlap), "--SequentialMatching.loop_detection", "0"});
-  result.mapper_seconds =
-      colmap.run("mapper", {"--database_path", database, "--image_path", pictures, "--output_path",
-                            colmap.path("sparse").string(), "--Mapper.num_threads", threads,
-                            "--Mapper.ba_refine_focal_length", keep, "--Mapper.ba_refine_extra_params", "0"});
+  colmap.run("feature_extractor", features);
+  colmap.run("sequential_matcher", {"--database_path", database, "--SiftMatching.use_gpu", "0",
+                                    "--SiftMatching.num_threads", threads, "--SequentialMatching.overlap",
+                                    std::to_string(options.overlap), "--SequentialMatching.loop_detection", "0"});
+  colmap.run("mapper", {"--database_path", database, "--image_path", pictures, "--output_path",
+                        colmap.path("sparse").string(), "--Mapper.num_threads", threads,
+                        "--Mapper.ba_refine_focal_length", keep, "--Mapper.ba_refine_extra_params", "0"});
+  result.seconds = colmap.seconds();
+  result.processor_seconds = colmap.processor_seconds();
   if (colmap.failure().empty() && !largest_model(colmap)) result.failure = "mapper made no model";
   if (!colmap.failure().empty()) result.failure = colmap.failure();
   if (!result.failure.empty()) return result;

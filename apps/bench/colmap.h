@@ -23,8 +23,8 @@ struct ColmapResult {
   std::vector<Camera> cameras;           ///< One per frame.
   std::vector<std::uint8_t> registered;  ///< Per frame: 1 = COLMAP gave it a pose.
   std::size_t points = 0;
-  double feature_seconds = 0, match_seconds = 0, mapper_seconds = 0;
-  double seconds() const { return feature_seconds + match_seconds + mapper_seconds; }
+  double seconds = 0;            ///< Features, matches and mapper together.
+  double processor_seconds = 0;  ///< The same, of all threads.
 };
 
 /// Works in `folder`, which is created and left behind with COLMAP's log. Features on the processor, one camera for all

@@ -1,34 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/geometry.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <thread>
 
 #include "bench/colmap.h"
+#include "bench/timing.h"
 
 namespace uwv::bench {
 namespace {
+
+/// Programs that wanted a processor during the last minute, on average: who else was at work.
+double machine_load() {
+  double load = 0;
+  return ::getloadavg(&load, 1) == 1 ? load : std::nan("");
+}
 
 bool wanted(const BenchOptions& options, const char* table) {
   return std::find(options.tables.begin(), options.tables.end(), table) != options.tables.end();
 }
 
-SfmResult find_cameras(const TrueClip& clip, bool known_focal, ThreadPool& pool, Monitor& monitor) {
+FoundCameras find_cameras(const TrueClip& clip, bool known_focal, ThreadPool& pool, Monitor& monitor) {
   SfmOptions options;
   if (known_focal) options.intrinsics = clip.cameras.front().intrinsics;
-  return structure_from_motion(clip.frames, options, pool, monitor);
+  const Stopwatch watch;
+  SfmResult found = structure_from_motion(clip.frames, options, pool, monitor);
+  return {std::move(found), watch.processor_seconds()};
 }
 
 void add_cameras(Table& table, const std::string& method, const std::string& result, const CameraScore& score,
-                 double rms_px, double seconds) {
-  table.add({method, result, score.cameras, geometry_figure(score.ate), geometry_figure(score.ate_percent),
-             geometry_figure(score.rotation_deg), geometry_figure(score.focal_percent), geometry_figure(rms_px),
-             seconds});
+                 double rms_px, double seconds, double processor_seconds) {
+  table.add({method, result, score.cameras, figure(score.ate), figure(score.ate_percent), figure(score.rotation_deg),
+             figure(score.focal_percent), figure(rms_px), seconds, processor_seconds});
 }
 
-void add_ours(Table& table, const std::string& method, const SfmResult& found, const TrueClip& truth) {
-  add_cameras(table, method, std::string(to_string(found.motion)),
-              score_cameras(found.cameras, found.registered, truth.cameras), found.rms_error_px, found.seconds);
+void add_ours(Table& table, const std::string& method, const FoundCameras& found, const TrueClip& truth) {
+  const SfmResult& result = found.result;
+  add_cameras(table, method, std::string(to_string(result.motion)),
+              score_cameras(result.cameras, result.registered, truth.cameras), result.rms_error_px, result.seconds,
+              found.processor_seconds);
+  if (result.motion != ClipMotion::moving) fmt::print("{}, {}: {}\n", truth.name, method, result.reason);
 }
 
 void add_colmap(Table& table, const TrueClip& truth, bool known_focal, const BenchOptions& options) {
@@ -39,7 +54,8 @@ void add_colmap(Table& table, const TrueClip& truth, bool known_focal, const Ben
   const ColmapResult found = run_colmap(truth.frames, options.colmap_folder, colmap);
   add_cameras(table, known_focal ? "COLMAP, known focal" : "COLMAP, own focal",
               found.failure.empty() ? fmt::format("{} points", found.points) : found.failure,
-              score_cameras(found.cameras, found.registered, truth.cameras), std::nan(""), found.seconds());
+              score_cameras(found.cameras, found.registered, truth.cameras), std::nan(""), found.seconds,
+              found.processor_seconds);
 }
 
 }  // namespace
@@ -53,14 +69,10 @@ bool StageClock::progress(std::string_view stage, long, long) {
   return true;
 }
 
-nlohmann::ordered_json geometry_figure(double value) {
-  if (std::isfinite(value)) return value;
-  return "-";
-}
-
 std::vector<ScenePoint> true_points(const TrueClip& clip) {
-  constexpr int every_frame = 5, across = 24, down = 14;
+  constexpr int across = 24, down = 14;
   constexpr double same_surface = 0.01;
+  const std::size_t every_frame = clip.frames.size() < 10 ? 1 : 5;
   std::vector<ScenePoint> points;
   const Size size = clip.frames.front().size();
   for (std::size_t f = 0; f < clip.frames.size(); f += every_frame)
@@ -89,12 +101,14 @@ std::vector<ScenePoint> true_points(const TrueClip& clip) {
 }
 
 Table camera_table(const FoundClip& clip, const BenchOptions& options) {
-  Table table("cameras of " + clip.truth.name,
-              {"method", "result", "cameras", "ate", "ate_%", "rotation_deg", "focal_%", "rms_px", "seconds"});
+  Table table("cameras of " + clip.truth.name, {"method", "result", "cameras", "ate", "ate_%", "rotation_deg",
+                                                "focal_%", "rms_px", "seconds", "cpu_seconds"});
   add_ours(table, "known focal", clip.known_focal, clip.truth);
   add_ours(table, "own focal", clip.own_focal, clip.truth);
   if (!options.colmap_folder.empty())
     for (const bool known : {true, false}) add_colmap(table, clip.truth, known, options);
+  else
+    fmt::print("COLMAP left out: no folder for it to work in was given with --colmap\n");
   return table;
 }
 
@@ -107,7 +121,7 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
     table.add({part, "all", seconds});
   };
   StageClock motion_clock;
-  const SfmResult found = find_cameras(clip, false, pool, motion_clock);
+  const SfmResult found = find_cameras(clip, false, pool, motion_clock).result;
   add("structure from motion", motion_clock, found.seconds);
   if (found.motion != ClipMotion::moving) return table;
   StageClock stereo_clock;
@@ -118,26 +132,38 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   return table;
 }
 
+namespace {
+
+constexpr std::string_view known_tables[] = {"cameras", "camera_options", "choices", "depth", "stages", "views"};
+
+}  // namespace
+
 std::vector<Table> geometry(const BenchOptions& options) {
   options.check();
   for (const std::string& table : options.tables)
-    if (table != "cameras" && table != "depth" && table != "stages" && table != "views" && table != "choices")
-      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted cameras, depth, stages, views or choices", table);
+    if (std::find(std::begin(known_tables), std::end(known_tables), table) == std::end(known_tables))
+      fail(ErrorCode::value_invalid, "--tables: found '{}', wanted some of {}", table, fmt::join(known_tables, ", "));
   ResizePolicy resize;
   if (options.no_resize) resize.mode = ResizePolicy::Mode::none;
   ThreadPool pool(options.threads);
   Monitor monitor;
-  const TrueClip truth = read_true_clip(options.recording, options.frames, resize);
+  const TrueClip truth = read_true_clip(options.recording, {options.start, options.stride, options.frames}, resize);
+  Table machine("machine", {"processors", "threads", "load_before", "load_after"});
+  const double load_before = machine_load();
   std::vector<Table> tables;
+  if (wanted(options, "camera_options")) tables.push_back(camera_option_table(truth, pool));
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
   if (wanted(options, "choices"))
     for (Table& table : choice_tables(truth, options, pool)) tables.push_back(std::move(table));
-  if (!wanted(options, "cameras") && !wanted(options, "depth") && !wanted(options, "views")) return tables;
-  const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
-                        find_cameras(truth, false, pool, monitor)};
-  if (wanted(options, "cameras")) tables.push_back(camera_table(found, options));
-  if (wanted(options, "depth")) tables.push_back(depth_table(found));
-  if (wanted(options, "views")) tables.push_back(view_table(found, options));
+  if (wanted(options, "cameras") || wanted(options, "depth") || wanted(options, "views")) {
+    const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
+                          find_cameras(truth, false, pool, monitor)};
+    if (wanted(options, "cameras")) tables.push_back(camera_table(found, options));
+    if (wanted(options, "depth")) tables.push_back(depth_table(found, options));
+    if (wanted(options, "views")) tables.push_back(view_table(found, options));
+  }
+  machine.add({std::thread::hardware_concurrency(), pool.size(), figure(load_before), figure(machine_load())});
+  tables.push_back(machine);
   return tables;
 }
 

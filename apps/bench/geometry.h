@@ -25,27 +25,51 @@ class StageClock : public Monitor {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+struct FoundCameras {
+  SfmResult result;
+  double processor_seconds = 0;
+};
+
 /// A clip, and cameras found from its pictures alone.
 struct FoundClip {
   const TrueClip& truth;
   ThreadPool& pool;
-  SfmResult known_focal;
-  SfmResult own_focal;
+  FoundCameras known_focal;
+  FoundCameras own_focal;
 };
 
-/// JSON has no NaN: what cannot be judged is a dash.
-nlohmann::ordered_json geometry_figure(double value);
+/// One way to run multi-view stereo, and its name in tables and plots.
+struct MvsVariant {
+  std::string name;
+  MvsOptions options;
+};
 
-/// Scene points as structure from motion would give them, without error: a grid in every fifth frame, seen in whichever
-/// frames show the same surface there.
+struct MvsMeasured {
+  MvsSummary summary;
+  DepthScore score;
+  double seconds = 0, processor_seconds = 0;  ///< For the clip, medians of the runs.
+};
+
+/// Runs multi-view stereo and judges it; `scale` as for score_depth().
+MvsMeasured measure_stereo(const TrueClip& clip, std::span<const Camera> cameras, std::span<const ScenePoint> points,
+                           const MvsOptions& options, double scale, int runs, ThreadPool& pool);
+/// What tables say of it.
+const std::vector<std::string>& depth_columns();
+std::vector<nlohmann::ordered_json> depth_figures(const MvsMeasured& measured, std::size_t frames);
+
+/// Scene points as structure from motion would give them, without error: a grid in every fifth frame (every one of a
+/// short clip), seen in whichever frames show the same surface there.
 std::vector<ScenePoint> true_points(const TrueClip& clip);
 
 /// Structure from motion with and without the focal length, and COLMAP where `options.colmap`.
 Table camera_table(const FoundClip& clip, const BenchOptions& options);
+/// One option of structure from motion changed at a time, with the focal length known and not.
+Table camera_option_table(const TrueClip& clip, ThreadPool& pool);
 /// Where the time goes, structure from motion and stereo with default options.
 Table stage_table(const TrueClip& clip, ThreadPool& pool);
-/// One option of multi-view stereo changed at a time, with true cameras; then all defaults with found cameras.
-Table depth_table(const FoundClip& clip);
+/// One option of multi-view stereo changed at a time, and some together, with true cameras; then all defaults with
+/// found cameras. Drawn into `options.plot` unless that is empty.
+Table depth_table(const FoundClip& clip, const BenchOptions& options);
 /// Pictures of other frames, rendered from one frame and its depth: true or found, with true or found cameras.
 Table view_table(const FoundClip& clip, const BenchOptions& options);
 /// What each choice of plan_geometry() costs and brings: clouds, key frames, points.

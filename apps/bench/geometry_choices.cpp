@@ -98,8 +98,8 @@ struct Score {
     ++with_new;
   }
   void row(Table& table, const std::string& geometry, const std::string& cloud) const {
-    table.add({geometry, cloud, psnr / pairs, valid / pairs,
-               geometry_figure(with_new > 0 ? psnr_new / with_new : std::nan("")), ms / pairs, views / pairs});
+    table.add({geometry, cloud, psnr / pairs, valid / pairs, figure(with_new > 0 ? psnr_new / with_new : std::nan("")),
+               ms / pairs, views / pairs});
   }
 };
 

@@ -1,123 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/geometry_scores.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/SVD>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include "bench/timing.h"
+#include "uwv/eval/depth_metrics.h"
+#include "uwv/eval/trajectory_error.h"
 
 namespace uwv::bench {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-double path_length(std::span<const Camera> cameras) {
-  double sum = 0;
-  for (std::size_t i = 1; i < cameras.size(); ++i)
-    sum += (cameras[i].world_from_cam.translation - cameras[i - 1].world_from_cam.translation).norm();
-  return sum;
-}
-
-/// The rotation R that minimises the sum of |R a_i - b_i|^2 over rotations.
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum_of_b_a) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_of_b_a, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  const Eigen::Vector3d signs(1, 1, rotation.determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
-
-/// Orientations are aligned by themselves: centres on a line would leave the turn about it open.
-double rotation_error_deg(const std::vector<Eigen::Matrix3d>& found, const std::vector<Eigen::Matrix3d>& truth) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < found.size(); ++i) sum += truth[i] * found[i].transpose();
-  const Eigen::Matrix3d true_from_found = nearest_rotation(sum);
-  double squares = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const double angle = Eigen::AngleAxisd(truth[i].transpose() * true_from_found * found[i]).angle();
-    squares += angle * angle;
-  }
-  return std::sqrt(squares / static_cast<double>(found.size())) * 180 / std::numbers::pi;
-}
-
-/// Calls visit(true depth, found depth, confidence) where the truth is known and at rest.
-template <class Visitor>
-void for_each_true_pixel(std::span<const FrameGeometry> found, const TrueClip& truth, const Visitor& visit) {
+/// The median ratio of true and found depth over all frames; NaN without any.
+double common_scale(std::span<const FrameGeometry> found, const TrueClip& truth) {
+  std::vector<double> ratios;
   for (std::size_t f = 0; f < found.size(); ++f)
     for (std::size_t i = 0; i < truth.depths[f].pixels().size(); ++i) {
       const bool at_rest = truth.static_pixels.empty() || truth.static_pixels[f].pixels()[i] != 0;
-      const double depth = static_cast<double>(truth.depths[f].pixels()[i]);
-      if (at_rest && depth > 0)
-        visit(depth, static_cast<double>(found[f].depth.pixels()[i]),
-              static_cast<double>(found[f].confidence.pixels()[i]));
+      const double wanted = static_cast<double>(truth.depths[f].pixels()[i]);
+      const double ours = static_cast<double>(found[f].depth.pixels()[i]);
+      if (at_rest && wanted > 0 && ours > 0) ratios.push_back(wanted / ours);
     }
+  return ratios.empty() ? nan : median(std::move(ratios));
+}
+
+DepthMap scaled(DepthMap depth, double scale) {
+  for (float& z : depth.pixels()) z = static_cast<float>(scale * static_cast<double>(z));
+  return depth;
+}
+
+/// Means over the pixels of all frames.
+struct Pool {
+  double pixels = 0, abs_rel = 0, delta_125 = 0;
+
+  void add(const DepthErrors& errors) {
+    if (errors.pixels == 0) return;
+    const auto count = static_cast<double>(errors.pixels);
+    pixels += count;
+    abs_rel += count * errors.abs_rel;
+    delta_125 += count * errors.delta_125;
+  }
+};
+
+ValidityMask measured_pixels(const ConfidenceMap& confidence, const ValidityMask& at_rest) {
+  ValidityMask measured = at_rest;
+  for (std::size_t i = 0; i < measured.pixels().size(); ++i)
+    if (confidence.pixels()[i] < 0.5F) measured.pixels()[i] = 0;
+  return measured;
 }
 
 }  // namespace
 
 CameraScore score_cameras(std::span<const Camera> found, std::span<const std::uint8_t> registered,
                           std::span<const Camera> truth) {
-  std::vector<Eigen::Vector3d> found_centres, true_centres;
-  std::vector<Eigen::Matrix3d> found_turns, true_turns;
+  std::vector<Rigid3> ours, theirs;
   for (std::size_t i = 0; i < std::min(found.size(), truth.size()); ++i) {
     if (!registered.empty() && registered[i] == 0) continue;
-    found_centres.push_back(found[i].world_from_cam.translation);
-    true_centres.push_back(truth[i].world_from_cam.translation);
-    found_turns.push_back(found[i].world_from_cam.rotation);
-    true_turns.push_back(truth[i].world_from_cam.rotation);
+    ours.push_back(found[i].world_from_cam);
+    theirs.push_back(truth[i].world_from_cam);
   }
-  const auto count = static_cast<Eigen::Index>(found_centres.size());
-  CameraScore score{static_cast<int>(count), nan, nan, nan, nan, nan};
-  if (count < 3) return score;
-  const Eigen::Map<const Eigen::Matrix3Xd> from(found_centres.front().data(), 3, count),
-      to(true_centres.front().data(), 3, count);
-  const Eigen::Matrix4d similarity = Eigen::umeyama(from, to, true);
-  const Eigen::Matrix3Xd aligned =
-      (similarity.topLeftCorner<3, 3>() * from).colwise() + similarity.topRightCorner<3, 1>();
-  score.scale = std::cbrt(similarity.topLeftCorner<3, 3>().determinant());
-  score.ate = std::sqrt((aligned - to).colwise().squaredNorm().mean());
-  score.ate_percent = 100 * score.ate / path_length(truth);
-  score.rotation_deg = rotation_error_deg(found_turns, true_turns);
-  score.focal_percent = 100 * (found.front().intrinsics.fx / truth.front().intrinsics.fx - 1);
-  return score;
+  if (ours.size() < 3) return {static_cast<int>(ours.size()), nan, nan, nan, nan, nan};
+  const TrajectoryError error = trajectory_error(ours, theirs);
+  return {static_cast<int>(ours.size()),
+          error.ate_rmse,
+          100 * error.ate_rmse / error.truth_length,
+          error.rotation_mean,
+          100 * (found.front().intrinsics.fx / truth.front().intrinsics.fx - 1),
+          error.truth_from_estimate.scale};
 }
 
 DepthScore score_depth(std::span<const FrameGeometry> found, const TrueClip& truth, double scale) {
   require(found.size() == truth.depths.size(), "{} depths were found for {} frames", found.size(), truth.depths.size());
   DepthScore score;
-  score.scale = scale;
-  if (scale == 0) {
-    std::vector<double> ratios;
-    for_each_true_pixel(found, truth, [&](double depth, double ours, double) {
-      if (ours > 0) ratios.push_back(depth / ours);
-    });
-    score.scale = ratios.empty() ? nan : median(std::move(ratios));
+  score.scale = scale == 0 ? common_scale(found, truth) : scale;
+  Pool all, measured;
+  double wanted = 0;
+  std::vector<DepthMap> depths;
+  std::vector<DepthEdgeScore> edges;
+  for (std::size_t f = 0; f < found.size(); ++f) {
+    depths.push_back(scaled(found[f].depth, score.scale));
+    const ValidityMask at_rest =
+        truth.static_pixels.empty() ? ValidityMask(truth.depths[f].size(), 1) : truth.static_pixels[f];
+    const ValidityMask sure = measured_pixels(found[f].confidence, at_rest);
+    all.add(compare_depth(depths[f], truth.depths[f], DepthFit::none, &at_rest));
+    measured.add(compare_depth(depths[f], truth.depths[f], DepthFit::none, &sure));
+    edges.push_back(compare_depth_edges(depths[f], truth.depths[f], {}, &at_rest));
+    for (std::size_t i = 0; i < at_rest.pixels().size(); ++i)
+      wanted += at_rest.pixels()[i] != 0 && truth.depths[f].pixels()[i] > 0 ? 1 : 0;
   }
-  double pixels = 0, known = 0, measured = 0, within_5 = 0, within_25 = 0, error = 0, measured_error = 0;
-  for_each_true_pixel(found, truth, [&](double depth, double ours, double confidence) {
-    ++pixels;
-    if (!(ours > 0)) return;
-    const double ratio = score.scale * ours / depth, off = std::abs(ratio - 1);
-    const double factor = std::max(ratio, 1 / ratio);
-    ++known;
-    error += off;
-    within_5 += factor < 1.05;
-    within_25 += factor < 1.25;
-    if (confidence < 0.5) return;
-    ++measured;
-    measured_error += off;
-  });
-  score.abs_rel = error / known;
-  score.measured_abs_rel = measured_error / measured;
-  score.within_5 = within_5 / known;
-  score.within_25 = within_25 / known;
-  score.known = known / pixels;
-  score.measured = measured / pixels;
+  score.abs_rel = all.abs_rel / all.pixels;
+  score.measured_abs_rel = measured.abs_rel / measured.pixels;
+  score.delta_125 = all.delta_125 / all.pixels;
+  score.edge_f = pooled(edges).f;
+  score.flicker = temporal_flicker(depths, truth.cameras, truth.static_pixels).mean;
+  score.known = all.pixels / wanted;
+  score.measured = measured.pixels / wanted;
   return score;
 }
 

@@ -29,10 +29,10 @@ std::vector<Geometry> geometries(const FoundClip& clip) {
   std::vector<Geometry> all;
   all.push_back({"true depth, true cameras", clip.truth.depths, clip.truth.cameras});
   all.push_back(stereo("stereo, true cameras", clip, clip.truth.cameras, true_points(clip.truth)));
-  if (clip.known_focal.motion == ClipMotion::moving)
-    all.push_back(stereo("stereo, known focal", clip, clip.known_focal.cameras, clip.known_focal.points));
-  if (clip.own_focal.motion == ClipMotion::moving)
-    all.push_back(stereo("stereo, own focal", clip, clip.own_focal.cameras, clip.own_focal.points));
+  if (clip.known_focal.result.motion == ClipMotion::moving)
+    all.push_back(stereo("stereo, known focal", clip, clip.known_focal.result.cameras, clip.known_focal.result.points));
+  if (clip.own_focal.result.motion == ClipMotion::moving)
+    all.push_back(stereo("stereo, own focal", clip, clip.own_focal.result.cameras, clip.own_focal.result.points));
   return all;
 }
 
@@ -58,7 +58,10 @@ Table view_table(const FoundClip& clip, const BenchOptions& options) {
   const std::vector<Geometry> all = geometries(clip);
   for (const auto& [from, to] : options.pairs) {
     const auto frames = static_cast<long>(clip.truth.frames.size());
-    if (from < 0 || to < 0 || from >= frames || to >= frames) continue;
+    if (from >= frames || to >= frames) {
+      fmt::print("views {}:{} left out: the clip has {} frames\n", from, to, frames);
+      continue;
+    }
     const auto source = static_cast<std::size_t>(from), target = static_cast<std::size_t>(to);
     std::vector<RenderedFrame> pictures;
     for (const Geometry& geometry : all)
@@ -68,9 +71,9 @@ Table view_table(const FoundClip& clip, const BenchOptions& options) {
     const MetricImage truth(clip.truth.frames[target]);
     for (std::size_t i = 0; i < all.size(); ++i) {
       const MetricImage picture(pictures[i].colour);
-      table.add({fmt::format("{}:{}", from, to), all[i].name, geometry_figure(psnr(picture, truth, &pictures[i].valid)),
-                 valid_share(pictures[i].valid), geometry_figure(psnr(picture, truth, &common)),
-                 geometry_figure(ssim(picture, truth, &common))});
+      table.add({fmt::format("{}:{}", from, to), all[i].name, figure(psnr(picture, truth, &pictures[i].valid)),
+                 valid_share(pictures[i].valid), figure(psnr(picture, truth, &common)),
+                 figure(ssim(picture, truth, &common))});
     }
   }
   return table;

@@ -172,6 +172,15 @@ std::string draw_axes(const Panel& panel, const Axis& x, const Axis& y) {
   return out;
 }
 
+std::string draw_front(const Panel& panel, const Axis& x, const Axis& y) {
+  std::string points;
+  for (const Dot& dot : front(panel))
+    points += fmt::format("{:.1f},{:.1f} ", x.place(std::log10(dot.x)), y.place(transformed(panel.y_scale, dot.y)));
+  if (points.empty()) return points;
+  return fmt::format("<polyline points='{}' fill='none' stroke='{}' stroke-width='1.5' stroke-dasharray='5 4'/>\n",
+                     points, dot_colour);
+}
+
 std::string draw_dots(const Panel& panel, const Axis& x, const Axis& y) {
   Labels labels({x.from, y.to, x.to, y.from});
   const auto at = [&](const Dot& dot) {
@@ -203,6 +212,18 @@ std::string draw_dots(const Panel& panel, const Axis& x, const Axis& y) {
 
 }  // namespace
 
+std::vector<Dot> front(const Panel& panel) {
+  if (panel.better == Better::neither) return {};
+  const double sign = panel.better == Better::low ? 1 : -1;
+  std::vector<Dot> dots = panel.dots;
+  std::stable_sort(dots.begin(), dots.end(),
+                   [&](const Dot& a, const Dot& b) { return a.x != b.x ? a.x < b.x : sign * a.y < sign * b.y; });
+  std::vector<Dot> out;
+  for (const Dot& dot : dots)
+    if (out.empty() || sign * dot.y < sign * out.back().y) out.push_back(dot);
+  return out;
+}
+
 std::string plot_svg(const std::string& x_title, const std::vector<Panel>& panels) {
   require(!panels.empty(), "a plot needs a panel");
   for (const Panel& panel : panels) require(!panel.dots.empty(), "the panel '{}' has no dots", panel.title);
@@ -211,7 +232,7 @@ std::string plot_svg(const std::string& x_title, const std::vector<Panel>& panel
   double top = margin_top;
   for (const Panel& panel : panels) {
     const Axis y = y_axis(panel, top);
-    body += draw_axes(panel, x, y) + draw_dots(panel, x, y);
+    body += draw_axes(panel, x, y) + draw_front(panel, x, y) + draw_dots(panel, x, y);
     top += panel_height + panel_gap;
   }
   const double height = top - panel_gap + margin_bottom;

@@ -22,14 +22,11 @@ struct RealPair {
   DepthMap truth_depth;      ///< Its depth in the same unit; empty where there is none.
 };
 
-/// The stereo pair that scripts/setup leaves in .cache/demo: motorcycle_left.png, motorcycle_right.png and
-/// motorcycle_disp.npz. docs/sources.md has its calibration. Throws Error when one of the files is missing.
+/// The motorcycle of stereo_pairs.h, with a path of eight steps. Throws Error when one of the files is missing.
 RealPair motorcycle_pair(const std::string& folder, const ResizePolicy& resize);
 
-/// Pairs of frames (source, target) of a still scene filmed with a depth camera. The folder holds image/ (pictures),
-/// depth/ (16-bit PNG, millimetres) and test_scene/trajectory.log (poses, world_from_cam); the lens is the one such
-/// recordings assume by default, 525 pixels at 640x480. The path of a pair is that of the frames between. Throws Error
-/// when the folder holds something else or fewer frames than a pair asks for.
+/// Pairs of frames (source, target) of a still scene, from a folder read_true_clip() reads. The path of a pair is that
+/// of the frames between. Throws Error when the folder holds something else or fewer frames than a pair asks for.
 std::vector<RealPair> rgbd_pairs(const std::string& folder, const std::vector<std::pair<long, long>>& pairs,
                                  const ResizePolicy& resize);
 

@@ -154,12 +154,6 @@ ValidityMask beyond(const ValidityMask& mask, const ValidityMask& common) {
   return rest;
 }
 
-/// JSON has no NaN: what cannot be judged is an empty word.
-nlohmann::ordered_json figure(double value) {
-  if (std::isfinite(value)) return value;
-  return "-";
-}
-
 const std::vector<std::string> columns{"pair",        "method",      "reliability", "psnr",      "valid",
                                        "psnr_common", "ssim_common", "psnr_more",   "through_%", "ms"};
 

@@ -123,6 +123,9 @@ void BenchOptions::check() const {
     require(s.width >= 1 && s.height >= 1 && s.width <= 65535 && s.height <= 65535,
             "bench size {}x{} is outside 1..65535", s.width, s.height);
   require(runs >= 1 && runs <= 1000, "runs {} is outside 1..1000", runs);
+  require(mvs_runs >= 1 && mvs_runs <= 100, "mvs_runs {} is outside 1..100", mvs_runs);
+  require(start >= 0, "start {} is negative", start);
+  require(stride >= 1, "stride {} is below 1", stride);
   require(threads >= 0, "threads {} is negative", threads);
   require(steps >= 1 && steps <= 1000, "steps {} is outside 1..1000", steps);
   for (const auto& [from, to] : pairs)

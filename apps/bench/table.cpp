@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "uwv/core/error.h"
 
@@ -17,6 +18,11 @@ std::string text_of(const nlohmann::ordered_json& value) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json figure(double value) {
+  if (std::isfinite(value)) return value;
+  return "-";
+}
 
 void Table::add(const std::vector<nlohmann::ordered_json>& values) {
   require(values.size() == columns_.size(), "table '{}' has {} columns, the row {}", name_, columns_.size(),

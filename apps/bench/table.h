@@ -9,6 +9,9 @@
 
 namespace uwv::bench {
 
+/// A number for a row. JSON has no NaN: what cannot be judged is a dash.
+nlohmann::ordered_json figure(double value);
+
 class Table {
  public:
   Table(std::string name, std::vector<std::string> columns) : name_(std::move(name)), columns_(std::move(columns)) {}

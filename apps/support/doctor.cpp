@@ -9,6 +9,12 @@
 namespace uwv::app {
 namespace {
 
+#ifdef UWV_APP_WITH_MODEL
+constexpr bool has_networks = true;
+#else
+constexpr bool has_networks = false;
+#endif
+
 bool has_gpu() {
   try {
     return !make_gl_context()->is_software();
@@ -34,6 +40,10 @@ std::string doctor_report() {
         "  {:<14} {}\n", probe.name,
         probe.usable ? fmt::format("yes: {}, OpenGL {}", probe.renderer, probe.version) : "no: " + probe.reason);
   text += fmt::format("  {:<14} {}\n", "auto takes", has_gpu() ? "gl" : "cpu (no GPU: OpenGL would only be emulated)");
+
+  text += fmt::format("networks\n  {:<14} {}\n", "TorchScript",
+                      has_networks ? "yes (--depth-model, --saliency-model DIR, --segmenter)"
+                                   : "no: built without libtorch, which scripts/setup fetches");
 
   text += "video\n";
   for (const Capability& encoder : encoders())

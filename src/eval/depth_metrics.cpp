@@ -61,16 +61,30 @@ bool edge_between(float near, float far, double ratio) {
          static_cast<double>(far) - static_cast<double>(near) > ratio * static_cast<double>(near);
 }
 
-ValidityMask edges_of(const DepthMap& depth, double ratio) {
+ValidityMask edges_of(const DepthMap& depth, double ratio, const ValidityMask& judged) {
   ValidityMask edges(depth.size());
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
+      if (judged(x, y) == 0) continue;
       const auto steps_to = [&](int u, int v) {
-        return depth.contains(u, v) && edge_between(depth(x, y), depth(u, v), ratio);
+        return depth.contains(u, v) && judged(u, v) != 0 && edge_between(depth(x, y), depth(u, v), ratio);
       };
       edges(x, y) = steps_to(x - 1, y) || steps_to(x + 1, y) || steps_to(x, y - 1) || steps_to(x, y + 1);
     }
   return edges;
+}
+
+ValidityMask judged_pixels(const DepthMap& truth, const ValidityMask* mask) {
+  ValidityMask judged(truth.size());
+  for (std::size_t p = 0; p < truth.pixels().size(); ++p)
+    judged.pixels()[p] = is_valid_depth(truth.pixels()[p]) && (mask == nullptr || mask->pixels()[p] != 0);
+  return judged;
+}
+
+double harmonic_mean(const DepthEdgeScore& score) {
+  if (score.estimated == 0 && score.true_edges == 0) return 1;
+  const double sum = score.precision + score.recall;  // NaN when either has no edges
+  return sum > 0 ? 2 * score.precision * score.recall / sum : 0;
 }
 
 /// Share of `edges` with one of `others` close by.
@@ -154,13 +168,17 @@ class FlickerSum {
   double size_ = 0, signed_ = 0;
 };
 
-}  // namespace
-
-DepthErrors compare_depth(const DepthMap& estimate, const DepthMap& truth, DepthFit fit, const ValidityMask* mask) {
+void require_one_size(const DepthMap& estimate, const DepthMap& truth, const ValidityMask* mask) {
   require(estimate.size() == truth.size(), "the estimate is {}x{}, the true depth {}x{} pixels", estimate.width(),
           estimate.height(), truth.width(), truth.height());
   require(mask == nullptr || mask->size() == truth.size(), "the mask does not have the size of the depth, {}x{} pixels",
           truth.width(), truth.height());
+}
+
+}  // namespace
+
+DepthErrors compare_depth(const DepthMap& estimate, const DepthMap& truth, DepthFit fit, const ValidityMask* mask) {
+  require_one_size(estimate, truth, mask);
   std::vector<Pair> pairs;
   std::size_t wanted = 0;
   for (std::size_t p = 0; p < truth.pixels().size(); ++p) {
@@ -192,19 +210,32 @@ void DepthEdgeOptions::check() const {
   require(tolerance >= 0 && tolerance <= 100, "edge tolerance {} is not in 0..100", tolerance);
 }
 
-DepthEdgeScore compare_depth_edges(const DepthMap& estimate, const DepthMap& truth, const DepthEdgeOptions& options) {
+DepthEdgeScore compare_depth_edges(const DepthMap& estimate, const DepthMap& truth, const DepthEdgeOptions& options,
+                                   const ValidityMask* mask) {
   options.check();
-  require(estimate.size() == truth.size(), "the estimate is {}x{}, the true depth {}x{} pixels", estimate.width(),
-          estimate.height(), truth.width(), truth.height());
-  const ValidityMask ours = edges_of(estimate, options.ratio), theirs = edges_of(truth, options.ratio);
+  require_one_size(estimate, truth, mask);
+  const ValidityMask judged = judged_pixels(truth, mask);
+  const ValidityMask ours = edges_of(estimate, options.ratio, judged), theirs = edges_of(truth, options.ratio, judged);
   DepthEdgeScore score;
   score.precision = found_share(ours, theirs, options.tolerance, score.estimated);
   score.recall = found_share(theirs, ours, options.tolerance, score.true_edges);
-  if (score.estimated == 0 && score.true_edges == 0)
-    score.f = 1;
-  else if (score.estimated > 0 && score.true_edges > 0 && score.precision + score.recall > 0)
-    score.f = 2 * score.precision * score.recall / (score.precision + score.recall);
+  score.f = harmonic_mean(score);
   return score;
+}
+
+DepthEdgeScore pooled(std::span<const DepthEdgeScore> scores) {
+  DepthEdgeScore all;
+  double right = 0, found = 0;
+  for (const DepthEdgeScore& score : scores) {
+    if (score.estimated > 0) right += score.precision * static_cast<double>(score.estimated);
+    if (score.true_edges > 0) found += score.recall * static_cast<double>(score.true_edges);
+    all.estimated += score.estimated;
+    all.true_edges += score.true_edges;
+  }
+  all.precision = all.estimated > 0 ? right / static_cast<double>(all.estimated) : nothing;
+  all.recall = all.true_edges > 0 ? found / static_cast<double>(all.true_edges) : nothing;
+  all.f = harmonic_mean(all);
+  return all;
 }
 
 void FlickerOptions::check() const { require(std::isfinite(jump) && jump > 0, "jump {} is not positive", jump); }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <map>
 
 #include "model/depth_manifest.h"
@@ -217,22 +216,8 @@ void DepthNetworkOptions::check() const {
 }
 
 std::unique_ptr<DepthNetwork> open_depth_network(const std::string& folder) {
-  const std::filesystem::path path(folder);
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(path, ignored))
-    fail(ErrorCode::file_not_found,
-         "{}: is no folder; a depth network is a folder with manifest.json and a TorchScript file", folder);
-  const std::string manifest_path = (path / "manifest.json").string();
-  if (!std::filesystem::exists(manifest_path, ignored))
-    fail(ErrorCode::file_not_found,
-         "{}: is missing; it says what goes into the network and what comes out, see docs/depth-models.md",
-         manifest_path);
-  DepthManifest manifest = read_depth_manifest(manifest_path);
-  if (manifest.name.empty()) manifest.name = std::filesystem::absolute(path).lexically_normal().filename().string();
-  const std::string model_path = (path / manifest.model).string();
-  if (!std::filesystem::exists(model_path, ignored))
-    fail(ErrorCode::file_not_found, "{}: is missing; put the exported network there or change 'model' in {}",
-         model_path, manifest_path);
+  DepthManifest manifest = read_depth_manifest(manifest_in(folder, "a depth network"));
+  const std::string model_path = locate_model(folder, manifest);
   return std::make_unique<TorchDepthNetwork>(std::move(manifest), model_path);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model/depth_manifest.h"
 #include "model/map_resize.h"
 #include "model/network_output.h"
 #include "uwv/core/camera.h"

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "model/depth_manifest.h"
+#include "model/network_manifest.h"
 #include "uwv/core/thread_pool.h"
 
 namespace uwv::model {

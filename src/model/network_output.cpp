@@ -30,7 +30,7 @@ bool sides_at(const FloatTensor& tensor, std::size_t first, std::int64_t before,
 
 }  // namespace
 
-NetworkOutput::NetworkOutput(const DepthManifest& manifest, const std::string& model_path, ModuleOutputs outputs,
+NetworkOutput::NetworkOutput(const NetworkManifest& manifest, const std::string& model_path, ModuleOutputs outputs,
                              int frames)
     : manifest_(manifest), model_path_(model_path), outputs_(std::move(outputs)), frames_(frames) {}
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/depth_manifest.h"
+#include "model/network_manifest.h"
 
 namespace uwv::model {
 
@@ -17,7 +17,7 @@ using VectorMap = Image<Eigen::Vector3f>;
 /// The outputs of one call, for `frames` frames. Errors name the network's file, the output and its shape.
 class NetworkOutput {
  public:
-  NetworkOutput(const DepthManifest& manifest, const std::string& model_path, ModuleOutputs outputs, int frames);
+  NetworkOutput(const NetworkManifest& manifest, const std::string& model_path, ModuleOutputs outputs, int frames);
 
   bool has(std::string_view role) const { return manifest_.outputs.find(role) != manifest_.outputs.end(); }
   /// One map of one channel per frame: [.., H, W] or [.., H, W, 1], what stands before making up the frames.
@@ -31,7 +31,7 @@ class NetworkOutput {
   const FloatTensor& tensor(std::string_view role) const;
   [[noreturn]] void refuse(std::string_view role, const FloatTensor& found, std::string_view wanted) const;
 
-  const DepthManifest& manifest_;
+  const NetworkManifest& manifest_;
   const std::string& model_path_;
   ModuleOutputs outputs_;
   int frames_;

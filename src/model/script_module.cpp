@@ -58,17 +58,18 @@ void check_file_type(const io::InputFile& file) {
   fail(ErrorCode::format_unknown, "{}: is a zip archive without constants.pkl; {}", file.path(), wanted);
 }
 
-void check_signature(const torch::jit::Module& module, const std::string& path) {
+void check_signature(const torch::jit::Module& module, int inputs, const std::string& path) {
   const auto method = module.find_method("forward");
   if (!method) fail(ErrorCode::value_invalid, "{}: has no method 'forward'; {}", path, wanted);
   const auto& arguments = method->function().getSchema().arguments();
   const auto required = std::count_if(arguments.begin(), arguments.end(),
                                       [](const c10::Argument& argument) { return !argument.default_value(); }) -
                         1;
-  if (required > 1 || arguments.size() < 2)
-    fail(ErrorCode::value_invalid,
-         "{}: forward takes {} inputs, one picture tensor is wanted; export a wrapper that fixes the others", path,
-         arguments.size() < 2 ? 0 : required);
+  const auto taken = static_cast<long>(arguments.size()) - 1;
+  if (required > inputs || taken < inputs)
+    fail(ErrorCode::value_invalid, "{}: forward takes {} inputs, {} wanted; export a wrapper that fixes the others",
+         path, taken < inputs ? taken : required,
+         inputs == 1 ? "one picture tensor is" : "pictures and prompt points are");
 }
 
 c10::ScalarType scalar_type(TensorType type) {
@@ -137,7 +138,7 @@ struct ScriptModule::State {
   torch::jit::Module module;
 };
 
-ScriptModule::ScriptModule(const std::string& path) : path_(path), state_(std::make_unique<State>()) {
+ScriptModule::ScriptModule(const std::string& path, int inputs) : path_(path), state_(std::make_unique<State>()) {
   check_file_type(io::InputFile(path));
   try {
     state_->module = torch::jit::load(path, torch::kCPU);
@@ -147,13 +148,13 @@ ScriptModule::ScriptModule(const std::string& path) : path_(path), state_(std::m
          "{}: torch cannot load it ({}); export it anew with this version of torch or an older one", path,
          first_words(error));
   }
-  check_signature(state_->module, path);
+  check_signature(state_->module, inputs, path);
 }
 
 ScriptModule::~ScriptModule() = default;
 ScriptModule::ScriptModule(ScriptModule&&) noexcept = default;
 
-ModuleOutputs ScriptModule::forward(const FloatTensor& input, TensorType type, int threads) {
+ModuleOutputs ScriptModule::forward(std::span<const FloatTensor> inputs, TensorType type, int threads) {
   const TorchThreads guard(threads);
   const c10::InferenceMode no_gradients;
   // Without this the first two calls run other code than the later ones: slower, and with other rounding.
@@ -161,12 +162,17 @@ ModuleOutputs ScriptModule::forward(const FloatTensor& input, TensorType type, i
   const auto no_memory = [&] {
     fail(ErrorCode::out_of_memory,
          "{}: memory ran out for an input of {}; fewer pixels ('input' in the manifest) or frames need less", path_,
-         shape_text(input));
+         shape_text(inputs.front()));
   };
   try {
-    // The tensor only borrows the memory; networks that write into their input get a copy of it.
-    torch::Tensor tensor = torch::from_blob(const_cast<float*>(input.values.data()), input.shape, torch::kFloat);
-    return unpacked(state_->module.forward({tensor.to(scalar_type(type), false, true)}), path_);
+    std::vector<c10::IValue> arguments;
+    for (const FloatTensor& input : inputs) {
+      // The tensor only borrows the memory; networks that write into their input get a copy of it.
+      const torch::Tensor tensor =
+          torch::from_blob(const_cast<float*>(input.values.data()), input.shape, torch::kFloat);
+      arguments.emplace_back(tensor.to(scalar_type(type), false, true));
+    }
+    return unpacked(state_->module.forward(arguments), path_);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -176,7 +182,7 @@ ModuleOutputs ScriptModule::forward(const FloatTensor& input, TensorType type, i
     if (std::string_view(error.what()).find("DefaultCPUAllocator") != std::string_view::npos) no_memory();
     fail(ErrorCode::value_invalid,
          "{}: the network failed on an input of {} ({}); compare 'input' in the manifest with how it was exported",
-         path_, shape_text(input), first_words(error));
+         path_, shape_text(inputs.front()), first_words(error));
   }
   return {};
 }

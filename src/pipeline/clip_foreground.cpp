@@ -14,11 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<ForegroundFinder> make_finder(const RunOptions& options) {
-  const std::string file = saliency_model_file(options.saliency_model);
-  return file.empty() ? make_contrast_finder() : make_saliency_network(file);
-}
-
 ClipForeground given_masks(const RunOptions& options, std::size_t frames, Size size, Monitor& monitor) {
   ClipOptions as_clip = clip_options(options);
   as_clip.resize = {.mode = ResizePolicy::Mode::exact, .exact = size};
@@ -33,6 +28,26 @@ ClipForeground given_masks(const RunOptions& options, std::size_t frames, Size s
     foreground.masks.push_back(foreground_from_picture(picture, size, options.foreground).mask);
   }
   return foreground;
+}
+
+Foreground first_foreground(const ForegroundNetworks& networks, const ImageRgb& picture) {
+  if (networks.finder) return find_foreground(picture, *networks.finder);
+  const std::string file = saliency_model_file("");
+  const auto finder = file.empty() ? make_contrast_finder() : make_saliency_network(file);
+  return find_foreground(picture, *finder);
+}
+
+/// Asks at points inside the first mask, as the official code does; leaves no masks where there is none to ask at.
+void follow_by_network(ForegroundTracker& tracker, std::span<const ImageRgb> frames, const ForegroundMask& first,
+                       Monitor& monitor, ClipForeground& foreground) {
+  const std::vector<PixelIndex> prompts = prompt_points(first);
+  if (prompts.empty()) {
+    foreground.note += "; it is too thin for prompt points, so flow follows it instead of " + tracker.name();
+    return;
+  }
+  foreground.masks = tracker.follow(frames, prompts, monitor);
+  for (ForegroundMask& mask : foreground.masks) mask = close_gaps(mask);
+  foreground.note += fmt::format("; followed by {} from {} points", tracker.name(), prompts.size());
 }
 
 }  // namespace
@@ -50,16 +65,27 @@ std::string saliency_model_file(const std::string& option) {
   return "";
 }
 
-ClipForeground find_clip_foreground(const RunOptions& options, std::span<const ImageRgb> frames, ThreadPool& pool,
-                                    Monitor& monitor) {
+ForegroundNetworks open_foreground_networks(const RunOptions& options, const RunComponents& components) {
+  ForegroundNetworks networks;
+  if (fs::is_directory(options.saliency_model))
+    networks.finder = components.open_foreground_network(options.saliency_model);
+  else if (!options.saliency_model.empty())
+    networks.finder = make_saliency_network(options.saliency_model);
+  if (!options.segmenter.empty()) networks.tracker = components.open_foreground_tracker(options.segmenter);
+  return networks;
+}
+
+ClipForeground find_clip_foreground(const RunOptions& options, const ForegroundNetworks& networks,
+                                    std::span<const ImageRgb> frames, ThreadPool& pool, Monitor& monitor) {
   if (!options.foreground.empty()) return given_masks(options, frames.size(), frames.front().size(), monitor);
-  const auto finder = make_finder(options);
   monitor.step("foreground", 0, static_cast<long>(frames.size()));
-  const Foreground first = find_foreground(frames.front(), *finder);
+  const Foreground first = first_foreground(networks, frames.front());
   ClipForeground foreground;
   foreground.note = first.note;
   if (first.mask.count() == 0) return foreground;
   if (frames.size() == 1) return foreground.masks = {first.mask}, foreground;
+  if (networks.tracker) follow_by_network(*networks.tracker, frames, first.mask, monitor, foreground);
+  if (!foreground.masks.empty()) return foreground;
   const PropagationResult followed = propagate_foreground(frames, first.mask, nullptr, {}, pool, monitor);
   foreground.masks = followed.masks;
   for (const std::string& note : followed.notes) foreground.note += "; " + note;

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/clip_foreground.h"
+#include "pipeline/moving_layer.h"
+#include "pipeline/network_geometry.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
 #include "pipeline/scene_choices.h"
 #include "uwv/geometry/background_completion.h"
-#include "uwv/geometry/moving_objects.h"
 #include "uwv/geometry/planar_prior.h"
 
 namespace uwv::pipeline {
@@ -37,6 +37,8 @@ ordered_json facts_of(const SfmResult& sfm) {
                         {"rms_error_px", sfm.rms_error_px},
                         {"moving_tracks_share", sfm.moving_share},
                         {"cuts", sfm.cuts},
+                        {"frames_of_other_shots", std::count(sfm.in_shot.begin(), sfm.in_shot.end(), 0)},
+                        {"notes", sfm.notes},
                         {"seconds", sfm.seconds}};
   if (!sfm.cameras.empty())
     facts["lens"] = {{"fx", sfm.cameras.front().intrinsics.fx},
@@ -45,23 +47,46 @@ ordered_json facts_of(const SfmResult& sfm) {
   return facts;
 }
 
+/// Of all pixels, those whose depth counts as measured.
+double measured_share(const SceneGeometry& scene) {
+  constexpr float measured = 0.5F;
+  double count = 0, pixels = 0;
+  for (const FrameGeometry& frame : scene.frames) {
+    const auto values = frame.confidence.pixels();
+    count += static_cast<double>(std::count_if(values.begin(), values.end(), [](float c) { return c >= measured; }));
+    pixels += static_cast<double>(values.size());
+  }
+  return pixels > 0 ? count / pixels : 0;
+}
+
 /// The steps of an estimation, each noting in `facts_` what it found or why it was left out.
 class Estimation {
  public:
-  Estimation(const RunOptions& options, std::span<const ImageRgb> frames, std::span<const DepthMap> relative,
-             const std::optional<Intrinsics>& known, ThreadPool& pool, Monitor& monitor)
-      : options_(options), frames_(frames), relative_(relative), known_(known), pool_(pool), monitor_(monitor) {}
+  Estimation(const RunOptions& options, const ClipToEstimate& clip, ThreadPool& pool, Monitor& monitor)
+      : options_(options),
+        frames_(clip.frames),
+        relative_(clip.relative),
+        known_(clip.known),
+        foreground_networks_(clip.foreground_networks),
+        pool_(pool),
+        monitor_(monitor) {
+    if (clip.network != nullptr) network_.emplace(*clip.network, frames_, pool_, monitor_);
+    if (!known_ && network_) known_ = network_->lens();
+  }
 
   EstimatedGeometry run() {
     find_cameras();
     const GeometryProvider provider = choose();
     result_.facts["provider"] = to_string(provider);
-    if (!relative_.empty())
+    if (network_)
+      believe_network();
+    else if (!relative_.empty())
       bring_to_scale();
     else if (provider == GeometryProvider::sfm)
       measure();
     else
       assume();
+    if (network_) result_.facts["network"] = network_->facts();
     result_.facts["profile"] = to_json(profile_);
     result_.facts["brief"] = brief_;
     return std::move(result_);
@@ -77,10 +102,16 @@ class Estimation {
       result_.facts["structure_from_motion"] = "skipped: " + sfm_.reason;
       return;
     }
+    if (network_ && network_->has_cameras()) {
+      sfm_.reason = "the network gives the cameras";
+      result_.facts["structure_from_motion"] = "skipped: " + sfm_.reason;
+      return;
+    }
     SfmOptions asked = sfm_options(options_);
     asked.intrinsics = known_;
     sfm_ = structure_from_motion(frames_, asked, pool_, monitor_);
     result_.facts["structure_from_motion"] = facts_of(sfm_);
+    for (const std::string& note : sfm_.notes) monitor_.warn(fmt::format("{}: {}", options_.video, note));
     if (!sfm_.cuts.empty())
       monitor_.warn(
           fmt::format("{}: the picture cuts at {} place(s), first at frame {}; the geometry is that of the longest "
@@ -97,6 +128,7 @@ class Estimation {
     profile_.rms_error_px = sfm_.rms_error_px;
     profile_.registered_share = registered_share(sfm_);
     profile_.cuts = static_cast<int>(sfm_.cuts.size());
+    if (network_) return believe();
     GeometryPlanOptions wishes;
     wishes.min_parallax_px = options_.min_parallax_px;
     if (options_.geometry == GeometryChoice::prior) wishes.provider = GeometryProvider::prior;
@@ -114,13 +146,24 @@ class Estimation {
     return chosen.choice;
   }
 
+  GeometryProvider believe() {
+    const bool asked = options_.geometry == GeometryChoice::network;
+    if (network_moves()) profile_.motion = ClipMotion::moving;
+    result_.facts["choice"] = to_json(PlanDecision<GeometryProvider>{
+        GeometryProvider::network, asked ? "--geometry network" : "--depth-model is given", "", asked});
+    brief_ = sfm_.cameras.empty() ? "depth from the network" : "depth from the network; " + sfm_.brief();
+    return GeometryProvider::network;
+  }
+
+  /// The network gives the cameras, of a clip.
+  bool network_moves() const { return network_->has_cameras() && frames_.size() > 1; }
+
   void measure() {
     result_.scene.cameras = sfm_.cameras;
     result_.scene.depth_from = result_.scene.cameras_from = GeometryProvider::sfm;
-    const MovingPixels moving = find_moving_pixels(frames_, sfm_.cameras, {}, {}, pool_, monitor_);
-    result_.facts["moving_pixels"] = {
-        {"share", moving.moving_share}, {"notes", moving.notes}, {"seconds", moving.seconds}};
-    const bool something_moves = moving.moving_share > GeometryPlanOptions{}.min_layer_motion;
+    const MovingPixels moving =
+        find_moving_layer(options_, foreground_networks_, frames_, sfm_.cameras, {}, pool_, monitor_, result_.facts);
+    const bool something_moves = matters(moving);
     const std::span<const ValidityMask> static_pixels =
         something_moves ? std::span<const ValidityMask>(moving.static_pixels) : std::span<const ValidityMask>();
     MvsOptions stereo = mvs_options(options_);
@@ -135,28 +178,10 @@ class Estimation {
                                           {"notes", mvs.notes}};
     brief_ += "; " + mvs.brief();
     if (something_moves)
-      place_moving(moving);
+      brief_ += "; " + place_moving_layer(options_, frames_, moving, pool_, monitor_, result_);
     else
       result_.facts["moving_depth"] =
           fmt::format("skipped: {:.2f} % of the pixels move by themselves", 100 * moving.moving_share);
-  }
-
-  void place_moving(const MovingPixels& moving) {
-    result_.facts["background"] = "skipped: what moving objects hide is completed for cameras that stand still only";
-    const MovingDepthSummary placed =
-        fill_moving_depth(frames_, sfm_.cameras, moving.static_pixels, {}, pool_, monitor_, result_.scene.frames);
-    result_.facts["moving_depth"] = {{"objects", placed.objects.size()},
-                                     {"contact_share", placed.contact_share},
-                                     {"unknown_share", placed.unknown_share},
-                                     {"notes", placed.notes},
-                                     {"seconds", placed.seconds}};
-    brief_ += "; " + placed.brief();
-    for (const ValidityMask& fixed : moving.static_pixels) {
-      ForegroundMask mask(fixed.size());
-      std::transform(fixed.pixels().begin(), fixed.pixels().end(), mask.pixels().begin(),
-                     [](std::uint8_t still) { return static_cast<std::uint8_t>(still == 0); });
-      result_.foreground.push_back(std::move(mask));
-    }
   }
 
   Intrinsics lens() const {
@@ -165,19 +190,28 @@ class Estimation {
   }
 
   void assume() {
+    lay_prior();
+    monitor_.warn(fmt::format("depth is a prior, not a measurement ({}): give --depth or --depth-model for real depth",
+                              sfm_.reason));
+  }
+
+  /// The reference of depth that has no unit of its own, where nothing was measured.
+  void refer_to_prior() {
+    lay_prior();
+    monitor_.warn(
+        fmt::format("scale and shift of the given depth are those of a prior, not of a measurement ({})", sfm_.reason));
+  }
+
+  void lay_prior() {
     const StageClock clock;
-    ClipForeground foreground = find_clip_foreground(options_, frames_, pool_, monitor_);
+    ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
+    result_.facts["foreground"] = foreground.note;
     if (frames_.size() > 1) profile_.moving_share = mean_share(foreground.masks);
     PlanarPriorOptions prior_options;
     prior_options.locked_off = sfm_.motion == ClipMotion::still;
     PlanarPriorResult prior = planar_prior(frames_, foreground.masks, lens(), prior_options, pool_, monitor_);
     result_.scene = std::move(prior.geometry);
-    if (sfm_.motion == ClipMotion::turning) {
-      for (std::size_t i = 0; i < frames_.size(); ++i)
-        result_.scene.cameras[i].world_from_cam = sfm_.cameras[i].world_from_cam;
-      result_.scene.cameras_from = GeometryProvider::sfm;
-    }
-    result_.facts["foreground"] = foreground.note;
+    take_rotations();
     complete_behind(foreground.masks, prior_options, prior);
     result_.foreground = std::move(foreground.masks);
     result_.facts["planar_prior"] = {{"horizon_row", prior.horizon_row},
@@ -188,51 +222,121 @@ class Estimation {
                                      {"foreground_share", prior.foreground_share},
                                      {"seconds", clock.seconds()}};
     brief_ += "; " + prior.brief();
+    warn_of_assumed_lens();
+  }
+
+  /// The cameras of a clip without parallax: one place, and the turns that were seen.
+  void take_rotations() {
+    if (sfm_.motion != ClipMotion::turning) return;
+    for (std::size_t i = 0; i < frames_.size(); ++i)
+      result_.scene.cameras[i].world_from_cam = sfm_.cameras[i].world_from_cam;
+    result_.scene.cameras_from = GeometryProvider::sfm;
+  }
+
+  void warn_of_assumed_lens() {
     if (!known_ && !sfm_.focal_estimated)
       monitor_.warn(
           fmt::format("no intrinsics given: assuming a horizontal field of view of {} degrees; set --fov or "
                       "--fx",
                       assumed_fov_deg));
-    monitor_.warn(fmt::format("depth is a prior, not a measurement ({}): give --depth for real depth", sfm_.reason));
+  }
+
+  /// What stands before the background, when the clip has both and they are wanted apart.
+  bool wants_background(const std::vector<ForegroundMask>& foreground) {
+    if (!foreground.empty() && options_.layers != LayerChoice::off) return true;
+    result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --layers off";
+    return false;
+  }
+
+  BackgroundClip without_foreground(const std::vector<ForegroundMask>& foreground) {
+    CompletionOptions completion;
+    completion.camera_moves = sfm_.motion == ClipMotion::turning;
+    BackgroundClip background = complete_background(frames_, foreground, completion, pool_, monitor_);
+    result_.facts["background"] = {{"seen_in_other_frames_share", background.share_seen},
+                                   {"invented_share", background.share_invented},
+                                   {"notes", background.notes}};
+    return background;
   }
 
   /// The scene without its foreground, laid out like the scene with it.
   void complete_behind(const std::vector<ForegroundMask>& foreground, PlanarPriorOptions layout,
                        const PlanarPriorResult& with_foreground) {
-    if (foreground.empty() || options_.layers == LayerChoice::off) {
-      result_.facts["background"] = foreground.empty() ? "skipped: nothing stands before it" : "skipped: --layers off";
-      return;
-    }
-    CompletionOptions completion;
-    completion.camera_moves = sfm_.motion == ClipMotion::turning;
-    BackgroundClip background = complete_background(frames_, foreground, completion, pool_, monitor_);
+    if (!wants_background(foreground)) return;
+    BackgroundClip background = without_foreground(foreground);
     layout.horizon_row = with_foreground.horizon_row;
     layout.backdrop_row = with_foreground.backdrop_row;
     PlanarPriorResult behind = planar_prior(background.frames, {}, lens(), layout, pool_, monitor_);
     result_.background.colour = std::move(background.frames);
     for (FrameGeometry& frame : behind.geometry.frames) result_.background.depth.push_back(std::move(frame.depth));
-    result_.facts["background"] = {{"seen_in_other_frames_share", background.share_seen},
-                                   {"invented_share", background.share_invented},
-                                   {"notes", background.notes}};
+  }
+
+  /// The network's depth, in front of cameras that it, the pictures, or nobody knows.
+  void believe_network() {
+    const bool moves = sfm_.motion == ClipMotion::moving || network_moves();
+    if (network_->has_cameras()) {
+      result_.scene.cameras = network_->cameras(known_);
+      result_.scene.cameras_from = GeometryProvider::network;
+    } else if (moves) {
+      result_.scene.cameras = sfm_.cameras;
+      result_.scene.cameras_from = GeometryProvider::sfm;
+    } else if (network_->needs_reference()) {
+      refer_to_prior();
+    } else {
+      result_.scene.cameras.assign(frames_.size(), {lens(), Rigid3{}, size()});
+      take_rotations();
+      warn_of_assumed_lens();
+    }
+    network_->place(sfm_.points, sfm_.motion == ClipMotion::still, result_.scene);
+    profile_.measured_share = measured_share(result_.scene);
+    if (moves)
+      find_what_moves();
+    else
+      lay_network_behind();
+  }
+
+  void find_what_moves() {
+    const MovingPixels moving = find_moving_layer(options_, foreground_networks_, frames_, result_.scene.cameras,
+                                                  result_.scene.frames, pool_, monitor_, result_.facts);
+    profile_.moving_share = moving.moving_share;
+    if (matters(moving)) lay_behind_moving(options_, frames_, moving, pool_, monitor_, result_);
+  }
+
+  /// A standing camera's background: completed pictures, and what the network says of them.
+  void lay_network_behind() {
+    if (network_->needs_reference()) {  // the prior's layers are there already
+      if (result_.background.colour.empty()) return;
+    } else {
+      ClipForeground foreground = find_clip_foreground(options_, foreground_networks_, frames_, pool_, monitor_);
+      result_.facts["foreground"] = foreground.note;
+      result_.foreground = std::move(foreground.masks);
+      if (frames_.size() > 1) profile_.moving_share = mean_share(result_.foreground);
+      if (!wants_background(result_.foreground)) return;
+      result_.background.colour = without_foreground(result_.foreground).frames;
+    }
+    result_.background.depth = network_->behind(result_.background.colour, result_.foreground, result_.scene);
   }
 
   void bring_to_scale() {
     if (sfm_.motion == ClipMotion::moving)
       result_.scene.cameras = sfm_.cameras;
     else
-      assume();
-    const RelativeDepthOutcome outcome = bring_relative_depth_to_scale(frames_, relative_, options_.depth_kind,
-                                                                       sfm_.points, result_.scene, pool_, monitor_);
+      refer_to_prior();
+    constexpr float believed = 0.5F;  // another's estimate, at a scale that was measured
+    const RelativeDepthOutcome outcome = bring_relative_depth_to_scale(
+        relative_, alignment_of(options_.depth_kind), sfm_.points, believed, result_.scene, pool_, monitor_);
+    result_.scene.depth_from = GeometryProvider::import;
     result_.facts["alignment"] = outcome.facts;
-    brief_ += "; " + outcome.brief;
+    brief_ += "; " + outcome.alignment.brief();
   }
 
   const RunOptions& options_;
   std::span<const ImageRgb> frames_;
   std::span<const DepthMap> relative_;
-  const std::optional<Intrinsics>& known_;
+  std::optional<Intrinsics> known_;
+  const ForegroundNetworks& foreground_networks_;
   ThreadPool& pool_;
   Monitor& monitor_;
+  std::optional<NetworkGeometry> network_;
   SfmResult sfm_;
   SceneProfile profile_;
   int key_stride_ = 1;
@@ -242,10 +346,9 @@ class Estimation {
 
 }  // namespace
 
-EstimatedGeometry estimate_geometry(const RunOptions& options, std::span<const ImageRgb> frames,
-                                    std::span<const DepthMap> relative, const std::optional<Intrinsics>& known,
-                                    ThreadPool& pool, Monitor& monitor) {
-  return Estimation(options, frames, relative, known, pool, monitor).run();
+EstimatedGeometry estimate_geometry(const RunOptions& options, const ClipToEstimate& clip, ThreadPool& pool,
+                                    Monitor& monitor) {
+  return Estimation(options, clip, pool, monitor).run();
 }
 
 }  // namespace uwv::pipeline

@@ -64,6 +64,21 @@ void write_confidences(const GeometryFolder& folder, const SceneGeometry& geomet
   writer.finish();
 }
 
+void write_normals(const GeometryFolder& folder, const SceneGeometry& geometry, Size size) {
+  NpzWriter writer(folder.normals());
+  writer.begin("normals", DType::f16,
+               {static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), std::size_t{3}});
+  std::vector<Eigen::half> values(size.pixels() * 3);
+  for (const NormalMap& map : geometry.normals) {
+    for (std::size_t p = 0; p < size.pixels(); ++p)
+      for (Eigen::Index c = 0; c < 3; ++c)
+        values[p * 3 + static_cast<std::size_t>(c)] = static_cast<Eigen::half>(map.pixels()[p][c]);
+    writer.append(std::as_bytes(std::span(values)));
+  }
+  writer.end();
+  writer.finish();
+}
+
 void write_foreground(const GeometryFolder& folder, std::span<const ForegroundMask> foreground, double fps) {
   VideoWriter writer(folder.foreground(), foreground.front().size(), VideoWriterOptions::for_masks(fps));
   ImageRgb picture(foreground.front().size());
@@ -105,6 +120,7 @@ std::optional<GeometryFolder> open_geometry_folder(const std::string& path) {
   folder.stride = whole_number(description, "stride", 1, description_path);
   folder.frames = whole_number(description, "frames", 1, description_path);
   folder.has_foreground = fs::exists(fs::path(path) / "foreground_mask.mp4");
+  folder.has_normals = fs::exists(folder.normals());
   folder.has_background = fs::exists(folder.background()) && fs::exists(folder.background_depth());
   return folder;
 }
@@ -128,6 +144,7 @@ void write_geometry_folder(const GeometryFolder& to, const EstimatedGeometry& ge
     track.cameras.push_back(camera);
   }
   write_cameras(folder.cameras(), track, CamerasFormat::uwv);
+  if (!scene.normals.empty()) write_normals(folder, scene, size);
   if (folder.has_foreground) write_foreground(folder, geometry.foreground, fps);
   if (folder.has_background) write_background(folder, geometry.background, fps, monitor);
   write_description(folder, geometry.facts, size);

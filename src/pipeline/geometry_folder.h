@@ -5,6 +5,7 @@
 //   depth.npz             depth of every used frame, working size
 //   confidence.npz        the same shape, 8 bits: 255 = measured and confirmed, 128 and more = measured, 0 = a guess
 //   cameras.json          source cameras, in the unit of the depth
+//   normals.npz           unit normals in each camera's frame, half floats; only where a network gave some
 //   foreground_mask.mp4   white = foreground; only where there is any
 //   background.mp4, background_depth.npz
 //                         the scene behind the foreground; only with a foreground
@@ -24,11 +25,12 @@ namespace uwv::pipeline {
 struct GeometryFolder {
   std::string path;
   long start = 0, stride = 1, frames = 0;  ///< Which frames of the clip it is of.
-  bool has_foreground = false, has_background = false;
+  bool has_foreground = false, has_background = false, has_normals = false;
   nlohmann::json description =
       nlohmann::json::object();  ///< All of geometry.json; an empty object for a folder yet to be written.
 
   std::string depth() const { return path + "/depth.npz"; }
+  std::string normals() const { return path + "/normals.npz"; }
   std::string cameras() const { return path + "/cameras.json"; }
   std::string foreground() const { return has_foreground ? path + "/foreground_mask.mp4" : ""; }
   std::string background() const { return path + "/background.mp4"; }
@@ -40,7 +42,7 @@ struct GeometryFolder {
 /// broken.
 std::optional<GeometryFolder> open_geometry_folder(const std::string& path);
 
-/// Writes the folder; has_foreground and has_background follow from `geometry`. Its facts become part of geometry.json.
+/// Writes the folder; has_foreground and its like follow from `geometry`. Its facts become part of geometry.json.
 /// Throws Error(output_failed).
 void write_geometry_folder(const GeometryFolder& folder, const EstimatedGeometry& geometry, double fps,
                            Monitor& monitor);

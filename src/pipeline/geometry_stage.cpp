@@ -70,15 +70,19 @@ std::string geometry_key(const RunOptions& options, const ordered_json& inputs) 
   return sha256(all.dump());
 }
 
-ordered_json make_geometry(const RunOptions& options, ThreadPool& pool, Monitor& monitor, const PartialFolder& into) {
+ordered_json make_geometry(const RunOptions& options, const RunComponents& components, ThreadPool& pool,
+                           Monitor& monitor, const PartialFolder& into) {
+  const std::unique_ptr<DepthNetwork> network =
+      options.depth_model.empty() ? nullptr : components.open_depth_network(options.depth_model);
+  const ForegroundNetworks foreground_networks = open_foreground_networks(options, components);
   const auto clip = open_clip(options.video, clip_options(options), monitor);
   const std::vector<ImageRgb> frames = read_all(*clip, monitor);
   std::optional<Intrinsics> known = intrinsics_by_number(options, clip->info().source_size);
   if (known) known = known->resized(clip->info().source_size, clip->info().size);
 
   const std::vector<DepthMap> relative = read_relative(options, clip->info().size, frames.size(), monitor);
-
-  const EstimatedGeometry estimated = estimate_geometry(options, frames, relative, known, pool, monitor);
+  const EstimatedGeometry estimated =
+      estimate_geometry(options, {frames, relative, known, network.get(), foreground_networks}, pool, monitor);
   const GeometryFolder folder{.path = into.file(geometry_folder_name),
                               .start = options.start,
                               .stride = options.stride,

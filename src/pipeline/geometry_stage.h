@@ -8,7 +8,7 @@
 #include "pipeline/output_folder.h"
 #include "uwv/core/monitor.h"
 #include "uwv/core/thread_pool.h"
-#include "uwv/pipeline/run_options.h"
+#include "uwv/pipeline/run.h"
 
 namespace uwv::pipeline {
 
@@ -20,7 +20,7 @@ std::string geometry_key(const RunOptions& options, const nlohmann::ordered_json
 
 /// Reads the clip, estimates its geometry and writes the folder `geometry` into `into`. Answers with what run.json says
 /// of it.
-nlohmann::ordered_json make_geometry(const RunOptions& options, ThreadPool& pool, Monitor& monitor,
-                                     const PartialFolder& into);
+nlohmann::ordered_json make_geometry(const RunOptions& options, const RunComponents& components, ThreadPool& pool,
+                                     Monitor& monitor, const PartialFolder& into);
 
 }  // namespace uwv::pipeline

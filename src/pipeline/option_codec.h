@@ -38,6 +38,7 @@ template <>
 struct EnumNames<GeometryChoice> {
   static constexpr std::pair<GeometryChoice, std::string_view> all[] = {{GeometryChoice::automatic, "auto"},
                                                                         {GeometryChoice::import, "import"},
+                                                                        {GeometryChoice::network, "network"},
                                                                         {GeometryChoice::sfm, "sfm"},
                                                                         {GeometryChoice::prior, "prior"}};
 };

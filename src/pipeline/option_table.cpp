@@ -72,13 +72,19 @@ std::vector<Option> input_options() {
 std::vector<Option> geometry_options() {
   return {
       option("geometry", &O::geometry, "NAME",
-             "where depth comes from: auto, import (--depth), sfm (measured from the camera's motion) or prior (layers "
-             "on a ground plane, an assumption)"),
+             "where depth comes from: auto, import (--depth), network (--depth-model), sfm (measured from the camera's "
+             "motion) or prior (layers on a ground plane, an assumption)"),
+      option("depth_model", &O::depth_model, "DIR",
+             "folder of a depth network exported to TorchScript, with its manifest (docs/depth-models.md)"),
       option("layers", &O::layers, "NAME",
              "show the estimated background where the foreground has moved out of the way: auto (where something moves "
              "or the path uncovers enough), on or off"),
-      option("saliency_model", &O::saliency_model, "FILE",
-             "prior: u2netp.onnx, which finds the foreground; unset: .cache/models, else a method by contrast"),
+      option(
+          "saliency_model", &O::saliency_model, "FILE",
+          "finds the foreground: u2netp.onnx or a TorchScript network's folder; unset: .cache/models, else a method by "
+          "contrast"),
+      option("segmenter", &O::segmenter, "DIR",
+             "TorchScript network that follows the foreground from points of the first frame; unset: optical flow"),
       option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
       option("min_parallax_px", &O::min_parallax_px, "PX",
              "sfm: shift that turning cannot explain from which on the camera counts as moving"),

@@ -163,6 +163,8 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& 
                                                                          {"foreground", o.foreground},
                                                                          {"normals", o.normals},
                                                                          {"saliency_model", o.saliency_model},
+                                                                         {"depth_model", o.depth_model},
+                                                                         {"segmenter", o.segmenter},
                                                                          {"eval_reference", o.eval_reference},
                                                                          {"eval_cameras", o.eval_cameras}})
     if (!path.empty()) inputs.emplace_back(name, path);

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "uwv/geometry/depth_alignment.h"
-
 namespace uwv::pipeline {
 namespace {
 
@@ -22,7 +20,10 @@ std::vector<DepthMap> sparse_depths(std::span<const ScenePoint> points, const st
   return depths;
 }
 
-AlignmentOptions alignment_options(DepthKind kind) {
+}  // namespace
+
+AlignmentOptions alignment_of(DepthKind kind) {
+  require(is_relative(kind), "depth of a known unit needs no alignment");
   AlignmentOptions options;
   const bool inverse = kind == DepthKind::relative_inverse;
   options.model = inverse ? AlignmentModel::inverse_affine : AlignmentModel::depth_affine;
@@ -33,40 +34,35 @@ AlignmentOptions alignment_options(DepthKind kind) {
   return options;
 }
 
-}  // namespace
-
-RelativeDepthOutcome bring_relative_depth_to_scale(std::span<const ImageRgb> frames, std::span<const DepthMap> relative,
-                                                   DepthKind kind, std::span<const ScenePoint> points,
+RelativeDepthOutcome bring_relative_depth_to_scale(std::span<const DepthMap> relative, const AlignmentOptions& options,
+                                                   std::span<const ScenePoint> points, float believed,
                                                    SceneGeometry& scene, ThreadPool& pool, Monitor& monitor) {
   std::vector<DepthMap> reference;
   if (!points.empty())
     reference = sparse_depths(points, scene.cameras);
   else
     for (FrameGeometry& frame : scene.frames) reference.push_back(std::move(frame.depth));
-  std::vector<AlignmentFrame> inputs(frames.size());
-  for (std::size_t i = 0; i < frames.size(); ++i)
+  std::vector<AlignmentFrame> inputs(relative.size());
+  for (std::size_t i = 0; i < relative.size(); ++i)
     inputs[i].relative = &relative[i], inputs[i].reference = &reference[i];
-  const AlignmentOptions options = alignment_options(kind);
-  const AlignmentSummary summary = align_depth(inputs, options, pool, monitor);
+  RelativeDepthOutcome outcome;
+  outcome.alignment = align_depth(inputs, options, pool, monitor);
 
-  constexpr float believed = 0.5F;  // another's estimate, at a scale that was measured
-  scene.frames.assign(frames.size(), {});
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  scene.frames.assign(relative.size(), {});
+  for (std::size_t i = 0; i < relative.size(); ++i) {
     FrameGeometry& frame = scene.frames[i];
-    frame.depth = aligned_depth(relative[i], summary.frames[i], options);
+    frame.depth = aligned_depth(relative[i], outcome.alignment.frames[i], options);
     frame.confidence = ConfidenceMap(frame.depth.size());
     std::transform(frame.depth.pixels().begin(), frame.depth.pixels().end(), frame.confidence.pixels().begin(),
-                   [](float z) { return z > 0 ? believed : 0.0F; });
+                   [believed](float z) { return z > 0 ? believed : 0.0F; });
   }
-  scene.depth_from = GeometryProvider::import;
-  RelativeDepthOutcome outcome;
-  outcome.brief = summary.brief();
-  outcome.facts = {{"reference", points.empty() ? "prior" : "reconstructed points"}, {"brief", summary.brief()}};
-  const auto solved = std::count_if(summary.frames.begin(), summary.frames.end(),
-                                    [](const FrameAlignment& f) { return f.status == AlignmentStatus::solved; });
-  outcome.facts["solved_frames"] = solved;
+  const std::size_t solved = outcome.alignment.count(AlignmentStatus::solved);
+  outcome.facts = {{"reference", points.empty() ? "prior" : "reconstructed points"},
+                   {"brief", outcome.alignment.brief()},
+                   {"solved_frames", solved}};
   if (solved == 0)
-    monitor.warn("relative depth could not be brought to scale in any frame: " + summary.frames.front().reason);
+    monitor.warn("relative depth could not be brought to scale in any frame: " +
+                 outcome.alignment.frames.front().reason);
   return outcome;
 }
 

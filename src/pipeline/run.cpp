@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/pipeline/run.h"
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -231,16 +232,34 @@ GeometryOfRun given_geometry(const RunOptions& options) {
   return {open_geometry_folder(options.depth), "", skipped_stage(geometry_folder_name, flag + " is given")};
 }
 
-GeometryOfRun estimated_geometry(const RunOptions& options, OutputFolder& folder, Monitor& monitor) {
+/// Before anything is read: a run that cannot end well should not begin.
+void check_components(const RunOptions& options, const RunComponents& components) {
+  const auto need = [](const std::string& folder, bool is_there, const char* flag) {
+    if (!folder.empty() && !is_there)
+      fail(ErrorCode::backend_missing,
+           "{}: this program was built without TorchScript networks; run scripts/setup without --no-torch and build "
+           "again, or leave {} out",
+           folder, flag);
+  };
+  need(options.depth_model, static_cast<bool>(components.open_depth_network), "--depth-model");
+  need(options.segmenter, static_cast<bool>(components.open_foreground_tracker), "--segmenter");
+  need(std::filesystem::is_directory(options.saliency_model) ? options.saliency_model : "",
+       static_cast<bool>(components.open_foreground_network), "--saliency-model");
+}
+
+GeometryOfRun estimated_geometry(const RunOptions& options, const RunComponents& components, OutputFolder& folder,
+                                 Monitor& monitor) {
   ordered_json inputs = identities(options);
   for (const auto& [name, path] : named_inputs(options))
-    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model") inputs.erase(name);
+    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model" &&
+        name != "depth_model" && name != "segmenter")
+      inputs.erase(name);
   GeometryOfRun geometry;
   geometry.key = geometry_key(options, inputs);
   geometry.summary = found_or_made(geometry_folder_name, {geometry_folder_name}, geometry.key, options.overwrite,
                                    folder, monitor, [&](const PartialFolder& into) {
                                      ThreadPool pool(options.threads);
-                                     return make_geometry(options, pool, monitor, into);
+                                     return make_geometry(options, components, pool, monitor, into);
                                    });
   geometry.folder = open_geometry_folder(folder.file(geometry_folder_name));
   return geometry;
@@ -314,8 +333,10 @@ RunSummary run_in(OutputFolder& folder, const Plan& plan, const GeometryOfRun& g
 
 }  // namespace
 
-RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& on_look) {
+RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& on_look,
+               const RunComponents& components) {
   options.check();
+  check_components(options, components);
   RecordingMonitor monitor(caller);
   const std::vector<Stage> stages = stages_of(options);
   std::vector<std::string> files = {"run.json"}, inputs;
@@ -334,7 +355,7 @@ RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& o
   check_trajectory(options);
   OutputFolder folder(options.out_folder());
   folder.refuse_foreign(files, options.overwrite);
-  const GeometryOfRun geometry = estimated_geometry(options, folder, monitor);
+  const GeometryOfRun geometry = estimated_geometry(options, components, folder, monitor);
   const Plan plan = make_plan(options, geometry.folder, monitor);
   return run_in(folder, plan, geometry, stages, files, monitor, on_look);
 }

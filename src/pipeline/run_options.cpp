@@ -34,7 +34,14 @@ void check_geometry(const RunOptions& o) {
           "--geometry import needs --depth, or --disparity with --baseline");
   require(o.geometry == GeometryChoice::automatic || o.geometry == GeometryChoice::import || estimates_geometry(o),
           "--geometry {} estimates depth: leave --depth and --disparity out, or use --geometry import",
-          o.geometry == GeometryChoice::sfm ? "sfm" : "prior");
+          o.geometry == GeometryChoice::sfm       ? "sfm"
+          : o.geometry == GeometryChoice::network ? "network"
+                                                  : "prior");
+  require(o.geometry != GeometryChoice::network || !o.depth_model.empty(), "--geometry network needs --depth-model");
+  require(o.depth_model.empty() || o.geometry == GeometryChoice::automatic || o.geometry == GeometryChoice::network,
+          "--depth-model is for --geometry auto or network; leave one of the two out");
+  require(o.depth_model.empty() || nothing_given,
+          "--depth-model estimates depth: leave --depth and --disparity out, or leave it out");
   require(o.depth_kind == DepthKind::depth || !o.depth.empty(), "--depth-kind says what --depth is; give --depth");
   require(!o.static_depth || !is_relative(o.depth_kind),
           "--static-depth needs depth in scene units, not a relative one");

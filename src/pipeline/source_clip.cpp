@@ -54,8 +54,8 @@ void leave_out_guesses(NpyArrayReader& confidence, long index, ValidityMask& mas
     }
 }
 
-/// The options with which a geometry folder's depth is read: it holds the used frames only. Throws Error(size_mismatch)
-/// when it is of other frames.
+/// The options with which a geometry folder's depth and normals are read: it holds the used frames only. Throws
+/// Error(size_mismatch) when it is of other frames.
 RunOptions with_depth_of(const GeometryFolder& folder, const RunOptions& options, long clip_frames) {
   if (folder.start != options.start || folder.stride != options.stride || folder.frames < clip_frames)
     fail(
@@ -65,6 +65,7 @@ RunOptions with_depth_of(const GeometryFolder& folder, const RunOptions& options
         folder.path, folder.frames, folder.start, folder.stride, clip_frames, options.start, options.stride);
   RunOptions depth_only = options;
   depth_only.depth = folder.depth();
+  if (options.normals.empty() && folder.has_normals) depth_only.normals = folder.normals();
   depth_only.depth_kind = DepthKind::depth;
   depth_only.depth_scale.reset();
   depth_only.depth_key.clear();
@@ -94,12 +95,13 @@ SourceClip::SourceClip(const RunOptions& options, const std::optional<GeometryFo
     : frames_(open_clip(options.video, clip_options(options), monitor)) {
   open_cameras(options, geometry, monitor);
   const Size full_size = info().source_size;
-  depth_.emplace(geometry ? with_depth_of(*geometry, options, frames()) : options, full_size, size(),
-                 intrinsics_.front().resized(size(), full_size), frames(), monitor);
+  const RunOptions of_depth = geometry ? with_depth_of(*geometry, options, frames()) : options;
+  depth_.emplace(of_depth, full_size, size(), intrinsics_.front().resized(size(), full_size), frames(), monitor);
   foreground_ = open_foreground(options, geometry, size(), frames(), monitor);
   if (geometry && geometry->has_background && options.layers != LayerChoice::off) open_background(*geometry, monitor);
   if (geometry && std::filesystem::exists(geometry->confidence())) confidence_.emplace(geometry->confidence());
-  if (!options.normals.empty()) normals_.emplace(options, size(), frames());
+  const RunOptions& of_normals = options.normals.empty() ? of_depth : options;
+  if (!of_normals.normals.empty()) normals_.emplace(of_normals, size(), frames());
 }
 
 void SourceClip::open_background(const GeometryFolder& geometry, Monitor& monitor) {

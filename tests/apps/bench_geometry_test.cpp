@@ -98,34 +98,62 @@ TEST(CameraScore, TwoCamerasTellNothing) {
   EXPECT_TRUE(std::isnan(score_cameras({}, {}, path(5)).ate));
 }
 
-TrueClip flat_clip() {
+TrueClip flat_clip(int frames) {
   TrueClip clip;
-  clip.frames = {ImageRgb(4, 2)};
-  clip.depths = {DepthMap(4, 2, 2.0F)};
-  clip.depths[0](3, 1) = 0;  // not known
+  const Size size{8, 2};
+  for (int i = 0; i < frames; ++i) {
+    clip.frames.emplace_back(size);
+    clip.depths.emplace_back(size, 2.0F);
+    clip.depths.back()(3, 1) = 0;  // not known
+    clip.cameras.push_back({{8, 8, 4, 1}, {}, size});
+  }
   return clip;
 }
 
 TEST(DepthScore, CountsAndScalesAsItSays) {
-  TrueClip clip = flat_clip();
-  FrameGeometry found{DepthMap(4, 2, 1.0F), ConfidenceMap(4, 2, 1.0F)};
+  TrueClip clip = flat_clip(1);
+  FrameGeometry found{DepthMap(8, 2, 1.0F), ConfidenceMap(8, 2, 1.0F)};
   found.depth(0, 0) = 1.1F;
   found.confidence(0, 0) = 0.2F;
   found.depth(1, 0) = 0;
+  found.depth(7, 1) = 1.5F;
+  found.confidence(7, 1) = 0.49F;
   const std::vector<FrameGeometry> frames{found};
   const DepthScore score = score_depth(frames, clip, 0);
   EXPECT_NEAR(score.scale, 2, 1e-6);
-  EXPECT_NEAR(score.abs_rel, 0.1 / 6, 1e-6);
+  EXPECT_NEAR(score.abs_rel, 0.6 / 14, 1e-6);
   EXPECT_NEAR(score.measured_abs_rel, 0, 1e-12);
-  EXPECT_NEAR(score.within_5, 5.0 / 6, 1e-12);
-  EXPECT_NEAR(score.within_25, 1, 1e-12);
-  EXPECT_NEAR(score.known, 6.0 / 7, 1e-12);
-  EXPECT_NEAR(score.measured, 5.0 / 7, 1e-12);
-  EXPECT_NEAR(score_depth(frames, clip, 1).abs_rel, (5 * 0.5 + 0.45) / 6, 1e-6);
+  EXPECT_NEAR(score.delta_125, 13.0 / 14, 1e-12);
+  EXPECT_NEAR(score.known, 14.0 / 15, 1e-12);
+  EXPECT_NEAR(score.measured, 12.0 / 15, 1e-12);
+  EXPECT_EQ(score.edge_f, 0);
+  EXPECT_TRUE(std::isnan(score.flicker));  // of one frame
+  EXPECT_NEAR(score_depth(frames, clip, 1).abs_rel, (12 * 0.5 + 0.45 + 0.25) / 14, 1e-6);
 
-  clip.static_pixels = {ValidityMask(4, 2, 1)};
-  clip.static_pixels[0](0, 0) = 0;
-  EXPECT_NEAR(score_depth(frames, clip, 0).abs_rel, 0, 1e-12);
+  clip.static_pixels = {ValidityMask(8, 2, 1)};
+  clip.static_pixels[0](0, 0) = clip.static_pixels[0](7, 1) = 0;
+  const DepthScore at_rest = score_depth(frames, clip, 0);
+  EXPECT_NEAR(at_rest.abs_rel, 0, 1e-12);
+  EXPECT_EQ(at_rest.edge_f, 1);
+}
+
+TEST(DepthScore, OneScaleForTheClipLeavesItsFlicker) {
+  const TrueClip clip = flat_clip(2);
+  const std::vector<FrameGeometry> frames{{DepthMap(8, 2, 1.0F), ConfidenceMap(8, 2, 1.0F)},
+                                          {DepthMap(8, 2, 1.1F), ConfidenceMap(8, 2, 1.0F)}};
+  const DepthScore score = score_depth(frames, clip, 0);
+  EXPECT_NEAR(score.flicker, 0.1, 1e-6);
+  EXPECT_GT(score.abs_rel, 0.04);
+}
+
+TEST(DepthScore, NothingFoundIsNoFigure) {
+  const TrueClip clip = flat_clip(1);
+  const std::vector<FrameGeometry> nothing{{DepthMap(8, 2), ConfidenceMap(8, 2)}};
+  const DepthScore score = score_depth(nothing, clip, 0);
+  EXPECT_TRUE(std::isnan(score.abs_rel));
+  EXPECT_TRUE(std::isnan(score.measured_abs_rel));
+  EXPECT_EQ(score.known, 0);
+  EXPECT_THROW(score_depth({}, clip, 0), std::invalid_argument);
 }
 
 /// Two views of a stock scene, in the layouts that are read.
@@ -185,13 +213,13 @@ TEST_F(TrueClips, SavedClipReadsBack) {
   ImageRgb figure(size);
   figure(5, 6) = {255, 255, 255};
   for (const char* name : {"/foreground/00000.png", "/foreground/00001.png"}) write_png(root + name, figure);
-  const TrueClip clip = read_true_clip(root, 0, as_it_is);
+  const TrueClip clip = read_true_clip(root, {}, as_it_is);
   expect_same(clip, 0);
   EXPECT_EQ(clip.cameras[1].intrinsics, cameras_[1].intrinsics);
   ASSERT_EQ(clip.static_pixels.size(), 2U);
   EXPECT_EQ(clip.static_pixels[1](5, 6), 0);
   EXPECT_EQ(clip.static_pixels[1].count(), size.pixels() - 1);
-  EXPECT_EQ(read_true_clip(root, 1, as_it_is).cameras.size(), 1U);
+  EXPECT_EQ(read_true_clip(root, {0, 1, 1}, as_it_is).cameras.size(), 1U);
 }
 
 TEST_F(TrueClips, CamerasWithYUpAreTurnedOver) {
@@ -210,7 +238,7 @@ TEST_F(TrueClips, CamerasWithYUpAreTurnedOver) {
           << turn.z() << ' ' << turn.w() << '\n';
   }
   poses.close();
-  const TrueClip clip = read_true_clip(root, 0, as_it_is);
+  const TrueClip clip = read_true_clip(root, {}, as_it_is);
   expect_same(clip, 2e-4);
   EXPECT_GT(clip.cameras[0].intrinsics.fy, 0);
 }
@@ -222,13 +250,81 @@ TEST_F(TrueClips, FewerPosesThanPicturesAreAnError) {
   for (const SyntheticFrame& view : views_) depths->write(view.depth);
   depths->finish();
   write_cameras(root + "/cameras.json", {{cameras_[0]}, {0}}, CamerasFormat::uwv);
-  EXPECT_THROW(read_true_clip(root, 0, as_it_is), Error);
+  EXPECT_THROW(read_true_clip(root, {}, as_it_is), Error);
+}
+
+TEST_F(TrueClips, ARangeTakesItsFramesWithTheirDepthsAndPoses) {
+  const std::string root = make("image");
+  Monitor monitor;
+  const auto depths = make_depth_writer(root + "/depth.npz", {}, size, 2, monitor);
+  for (const SyntheticFrame& view : views_) depths->write(view.depth);
+  depths->finish();
+  write_cameras(root + "/cameras.json", {cameras_, {0, 1}}, CamerasFormat::uwv);
+  for (const FrameRange range : {FrameRange{1, 1, 0}, FrameRange{1, 5, 1}}) {
+    const TrueClip clip = read_true_clip(root, range, as_it_is);
+    ASSERT_EQ(clip.frames.size(), 1U);
+    EXPECT_EQ(clip.frames[0], views_[1].colour);
+    EXPECT_EQ(clip.depths[0], views_[1].depth);
+    EXPECT_EQ(clip.cameras.at(0).world_from_cam.translation, cameras_[1].world_from_cam.translation);
+  }
+  EXPECT_THROW(read_true_clip(root, {2, 1, 0}, as_it_is), Error);
+}
+
+/// Two pictures and their disparities, 8 bits each.
+class StereoPairs : public testing::Test {
+ protected:
+  std::string file(const char* name) const { return (folder_.path() / name).string(); }
+  void make(const char* left, const char* right, const char* left_disparity, const char* right_disparity) const {
+    ImageRgb picture(40, 30, {200, 100, 50}), disparity(40, 30, {60, 60, 60});
+    disparity(3, 4) = {0, 0, 0};
+    write_png(file(left), picture);
+    write_png(file(right), picture);
+    write_png(file(left_disparity), disparity);
+    write_png(file(right_disparity), disparity);
+  }
+  TrueClip read() const { return read_true_clip(folder_.path().string(), {}, as_it_is); }
+  test::TempFolder folder_;
+};
+
+TEST_F(StereoPairs, ProjectWhereTheirDisparitySays) {
+  make("view1.png", "view5.png", "disp1.png", "disp5.png");
+  const TrueClip clip = read();
+  ASSERT_EQ(clip.frames.size(), 2U);
+  EXPECT_EQ(clip.depths[0](3, 4), 0);
+  for (const std::size_t side : {0U, 1U}) {
+    const std::size_t other = 1 - side;
+    const Eigen::Vector3d x_in_world =
+        clip.cameras[side].world_from_cam *
+        unproject(clip.cameras[side].intrinsics, {20.5, 10.5}, static_cast<double>(clip.depths[side](20, 10)));
+    Eigen::Vector2d pixel;
+    ASSERT_TRUE(project(clip.cameras[other].intrinsics, clip.cameras[other].cam_from_world() * x_in_world, pixel));
+    // 60 halves of a pixel, to the left in the right picture.
+    EXPECT_NEAR(pixel.x(), side == 0 ? 20.5 - 30 : 20.5 + 30, 1e-4);
+    EXPECT_NEAR(pixel.y(), 10.5, 1e-6);
+  }
+}
+
+TEST_F(StereoPairs, UnitsOfDisparityFollowTheLayout) {
+  make("im2.png", "im6.png", "disp2.png", "disp6.png");
+  EXPECT_NEAR(read().depths[1](20, 10), 40.0 / 15, 1e-5);
+}
+
+TEST_F(StereoPairs, WhatIsMissingOrOfAnotherSizeIsAnError) {
+  EXPECT_THROW(read(), Error);
+  make("im2.png", "im6.png", "disp2.png", "disp6.png");
+  write_png(file("disp6.png"), ImageRgb(41, 30));
+  EXPECT_THROW(read(), Error);
+  write_png(file("disp6.png"), ImageRgb(40, 30));
+  write_png(file("im6.png"), ImageRgb(40, 31));
+  EXPECT_THROW(read(), Error);
+  fs::remove(file("im6.png"));
+  EXPECT_THROW(read(), Error);
 }
 
 TEST(TrueClip, FoldersOfSomethingElseAreAnError) {
   const test::TempFolder folder;
-  EXPECT_THROW(read_true_clip(folder.path().string(), 0, as_it_is), Error);
-  EXPECT_THROW(read_true_clip("no/such/folder", 0, as_it_is), Error);
+  EXPECT_THROW(read_true_clip(folder.path().string(), {}, as_it_is), Error);
+  EXPECT_THROW(read_true_clip("no/such/folder", {}, as_it_is), Error);
 }
 
 TEST(ChildProcess, TellsHowItEnded) {

@@ -31,6 +31,25 @@ TEST(Plot, EscapesWhatXmlReserves) {
   EXPECT_THAT(svg, Not(HasSubstr("a<b")));
 }
 
+TEST(Plot, TheFrontIsWhatNothingBeatsInBoth) {
+  const std::vector<Dot> dots{
+      {"slow, good", 9, 1}, {"fast, poor", 1, 5}, {"beaten", 5, 4}, {"middle", 3, 3}, {"twin", 3, 3}};
+  const auto names = [](const Panel& from) {
+    std::vector<std::string> out;
+    for (const Dot& dot : front(from)) out.push_back(dot.label);
+    return out;
+  };
+  Panel low = panel(dots);
+  EXPECT_THAT(names(low), testing::IsEmpty());
+  EXPECT_THAT(plot_svg("x", {low}), Not(HasSubstr("polyline")));
+  low.better = Better::low;
+  EXPECT_THAT(names(low), testing::ElementsAre("fast, poor", "middle", "slow, good"));
+  EXPECT_THAT(plot_svg("x", {low}), HasSubstr("polyline"));
+  Panel high = panel(dots);
+  high.better = Better::high;
+  EXPECT_THAT(names(high), testing::ElementsAre("fast, poor"));
+}
+
 TEST(Plot, LabelsOfCrowdedDotsKeepApart) {
   std::vector<Dot> dots;
   dots.reserve(13);

@@ -55,6 +55,16 @@ class UwvBench : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(UwvBench, MeasuresWhatMovesAndWhatItHides) {
+  must({"moving", "--width", "208", "--height", "120", "--json", "moving.json"});
+  const nlohmann::json tables = json("moving.json");
+  EXPECT_GT(tables["moving pixels, 7 frames of 208x120"][0]["overlap"], 0.5);
+  const nlohmann::json& background = tables["background of 21 frames of 208x120"];
+  EXPECT_GT(background[0]["psnr"], 25);
+  EXPECT_LT(background[0]["abs_rel"], 0.02);
+  EXPECT_LE(background[1]["seen_%"], background[0]["seen_%"]);
+}
+
 TEST_F(UwvBench, SavesASceneThatReadsBack) {
   must({"scene", "--scene", "boxes_room", "--width", "64", "--height", "40", "--out", "room/of boxes"});
   EXPECT_EQ(read_image(folder_.file("room/of boxes/colour.png")).size(), (Size{64, 40}));
@@ -108,10 +118,8 @@ TEST_F(UwvBench, AlignsDepthWithEveryLossAndSmoothing) {
 
 TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
   make_recording("recording");
-  for (const auto& [pair, words] :
-       std::map<std::string, std::string>{{"0:7", "trajectory.log: has 2 poses, the pair wants number 7"},
-                                          {"3", "wanted two frames"},
-                                          {"1:1", "1:1"}}) {
+  for (const auto& [pair, words] : std::map<std::string, std::string>{
+           {"0:7", "recording: has 2 frames, the pair wants number 7"}, {"3", "wanted two frames"}, {"1:1", "1:1"}}) {
     const Outcome outcome =
         bench({"real", "--rgbd", "recording", "--motorcycle", "none", "--runs", "1", "--pairs", pair});
     EXPECT_EQ(outcome.exit_code, 2);

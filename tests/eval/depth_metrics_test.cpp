@@ -129,6 +129,34 @@ TEST(DepthMetrics, flat_pictures_have_no_edges_and_blur_loses_them) {
   EXPECT_EQ(compare_depth_edges(ramp, step_at(20)).recall, 0);
 }
 
+TEST(DepthMetrics, edges_outside_the_mask_or_the_truth_are_not_judged) {
+  DepthMap estimate = step_at(20);
+  for (int y = 0; y < 20; ++y) estimate(5, y) = 1;  // a pole that is not there
+  EXPECT_NEAR(compare_depth_edges(estimate, step_at(20)).precision, 0.5, 1e-12);
+  ValidityMask mask(40, 20, 1);
+  for (int y = 0; y < 20; ++y) mask(5, y) = 0;
+  EXPECT_EQ(compare_depth_edges(estimate, step_at(20), {}, &mask).f, 1);
+  DepthMap unknown = step_at(20);
+  for (int y = 0; y < 20; ++y) unknown(5, y) = 0;
+  EXPECT_EQ(compare_depth_edges(estimate, unknown).f, 1);
+  const ValidityMask small(3, 3, 1);
+  EXPECT_THROW(compare_depth_edges(estimate, unknown, {}, &small), std::invalid_argument);
+}
+
+TEST(DepthMetrics, pooled_edges_count_by_edges_not_by_pictures) {
+  DepthEdgeScore many, few, none = compare_depth_edges(DepthMap(5, 5, 1.0F), DepthMap(5, 5, 1.0F));
+  many.estimated = 90, many.true_edges = 80, many.precision = 1, many.recall = 0.5;
+  few.estimated = 10, few.true_edges = 20, few.precision = 0, few.recall = 1;
+  const std::vector<DepthEdgeScore> scores{many, none, few};
+  const DepthEdgeScore all = pooled(scores);
+  EXPECT_EQ(all.estimated, 100U);
+  EXPECT_EQ(all.true_edges, 100U);
+  EXPECT_NEAR(all.precision, 0.9, 1e-12);
+  EXPECT_NEAR(all.recall, 0.6, 1e-12);
+  EXPECT_NEAR(all.f, 2 * 0.9 * 0.6 / 1.5, 1e-12);
+  EXPECT_EQ(pooled({}).f, 1);
+}
+
 /// Exact depth of a ball before a wall from cameras on an orbit.
 struct Orbit {
   std::vector<DepthMap> depth;

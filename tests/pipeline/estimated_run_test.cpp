@@ -3,15 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 
-#include "support/temp_folder.h"
-#include "uwv/eval/stock_scenes.h"
+#include "pipeline/filmed_room.h"
 #include "uwv/io/depth_source.h"
-#include "uwv/io/image_file.h"
 #include "uwv/io/npy.h"
 #include "uwv/pipeline/run.h"
 
@@ -19,72 +15,10 @@ namespace uwv {
 namespace {
 
 namespace fs = std::filesystem;
+using test::WarningMonitor;
 using ::testing::HasSubstr;
 
-class WarningMonitor : public Monitor {
- public:
-  void warn(const std::string& sentence) override { warnings.push_back(sentence); }
-  std::vector<std::string> warnings;
-};
-
-class EstimatedRun : public ::testing::Test {
- protected:
-  /// Frames of a room past which the camera moves by `step` degrees of an orbit a frame.
-  void film(int frames, double step_deg) {
-    const StockScene room = boxes_room({.size = {240, 136}});
-    ThreadPool pool;
-    fs::create_directory(folder_.file("clip"));
-    for (int i = 0; i < frames; ++i) {
-      const Camera camera = orbit_camera(room.source, room.subject_in_world, i * step_deg * M_PI / 180);
-      const SyntheticFrame frame = render(room.scene, camera, 0, pool, 2);
-      write_png(folder_.file(fmt::format("clip/{:03}.png", i)), frame.colour);
-      depths_.push_back(frame.depth);
-    }
-    options_.video = folder_.file("clip");
-    options_.out = folder_.file("out");
-    options_.no_resize = true;
-    options_.traj = "left";
-    options_.fov = 60;
-    options_.renderer = RendererChoice::cpu;
-  }
-
-  nlohmann::json record() const {
-    std::ifstream file(options_.out + "/run.json");
-    return nlohmann::json::parse(file);
-  }
-
-  std::string error_of_run() {
-    try {
-      Monitor monitor;
-      run(options_, monitor);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  }
-
-  /// Mean relative error of a run's estimated depth after one scale for the whole clip.
-  double depth_error() {
-    Monitor monitor;
-    const auto estimated = open_depth(options_.out + "/geometry/depth.npz", {}, monitor);
-    std::vector<double> ratios;
-    DepthMap depth;
-    for (std::size_t i = 0; i < depths_.size() && estimated->read(static_cast<long>(i), depth); ++i)
-      for (std::size_t p = 0; p < depth.pixels().size(); ++p)
-        if (depth.pixels()[p] > 0) ratios.push_back(depth.pixels()[p] / depths_[i].pixels()[p]);
-    EXPECT_GT(ratios.size(), depths_.size() * depths_[0].pixels().size() / 2);
-    std::vector<double> sorted = ratios;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double scale = sorted[sorted.size() / 2];
-    double sum = 0;
-    for (const double ratio : ratios) sum += std::abs(ratio / scale - 1);
-    return sum / static_cast<double>(ratios.size());
-  }
-
-  test::TempFolder folder_;
-  RunOptions options_;
-  std::vector<DepthMap> depths_;  ///< The truth.
-};
+using EstimatedRun = test::FilmedRoom;
 
 TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   film(9, 1.5);
@@ -123,6 +57,24 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
   EXPECT_EQ(reused.stages[1].facts["frames"], 9);
   options_.start = 1;
   EXPECT_THAT(error_of_run(), HasSubstr("geometry of 9 frames from 0 on"));
+}
+
+TEST_F(EstimatedRun, PlacesWhatMovesAndCompletesWhatItHides) {
+  film(moving_ball({.size = {320, 184}}), 11, 1.0, 0.1);
+  Monitor monitor;
+  const nlohmann::ordered_json facts = run(options_, monitor).stages[0].facts;
+  ASSERT_EQ(facts["provider"], "sfm") << facts.dump(1);
+  EXPECT_GT(facts["moving_pixels"]["share"], 0.02) << facts.dump(1);
+  EXPECT_THAT(facts["moving_pixels"]["foreground"].get<std::string>(), HasSubstr("motion decides"));
+  EXPECT_GT(facts["background"]["seen_in_other_frames_share"], 0.02) << facts.dump(1);
+  EXPECT_LT(facts["background"]["invented_share"], 0.05) << facts.dump(1);
+  for (const char* file : {"foreground_mask.mp4", "background.mp4", "background_depth.npz"})
+    EXPECT_TRUE(fs::exists(options_.out + "/geometry/" + file)) << file;
+  options_.layers = LayerChoice::off;
+  options_.out = folder_.file("flat");
+  const nlohmann::ordered_json flat = run(options_, monitor).stages[0].facts;
+  EXPECT_EQ(flat["background"], "skipped: --layers off");
+  EXPECT_FALSE(fs::exists(options_.out + "/geometry/background.mp4"));
 }
 
 TEST_F(EstimatedRun, WhatWasMeasuredDecidesAgainWhenTheGeometryIsReused) {

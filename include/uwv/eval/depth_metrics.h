@@ -51,8 +51,11 @@ struct DepthEdgeScore {
   double recall = 0;                          ///< Share of true edges that have an estimated one close by.
   double f = 0;                               ///< Harmonic mean of both; 1 when there are no edges in either.
 };
+/// Where the mask (null = all) is 0, and where the truth is invalid, nothing is an edge in either picture.
 DepthEdgeScore compare_depth_edges(const DepthMap& estimate, const DepthMap& truth,
-                                   const DepthEdgeOptions& options = {});
+                                   const DepthEdgeOptions& options = {}, const ValidityMask* mask = nullptr);
+/// Of all edges of several pictures together; a picture without edges changes nothing.
+DepthEdgeScore pooled(std::span<const DepthEdgeScore> scores);
 
 struct FlickerOptions {
   /// A point that lands on a depth differing by more than this share is taken for hidden or newly seen, not for

@@ -71,6 +71,17 @@ struct PixelIndex {
 /// until there are ten points or it is 10; empty when the eroded mask holds no grid point then.
 std::vector<PixelIndex> prompt_points(const ForegroundMask& mask, const PromptOptions& options = {});
 
+/// Follows what points of a clip's first frame belong to. Implementations: TorchScript segmenters (uwv::model).
+class ForegroundTracker {
+ public:
+  virtual ~ForegroundTracker() = default;
+  /// One mask a frame, sized as the frames, in which the answers to all prompts are united. `prompts` are pixels of the
+  /// first frame, at least one. Reports stage "segmenter".
+  virtual std::vector<ForegroundMask> follow(std::span<const ImageRgb> frames, std::span<const PixelIndex> prompts,
+                                             Monitor& monitor) = 0;
+  virtual std::string name() const = 0;
+};
+
 /// Foreground in any of them, as the official code unites its prompts' answers. Throws std::invalid_argument when there
 /// are none or sizes differ.
 ForegroundMask unite(std::span<const ForegroundMask> masks);

@@ -45,8 +45,16 @@ struct MovingOptions {
   double depth_tolerance = 0.05;
   /// Smaller regions are taken for noise; share of the picture. 0.0005 is 14 x 14 pixels of 832 x 480.
   double smallest = 0.0005;
-  /// A piece of the given foreground is taken as a whole when this share of it was found to move.
-  double agreement = 0.3;
+  /// A piece of the given foreground is taken as a whole when this share of it was found to move: not all of what moves
+  /// shows, but a thing at rest that a moving one touches in the picture is not to be taken along.
+  double agreement = 0.5;
+  /// Frames before and after over which that share is averaged: an animal that pauses in mid-stride stays whole, one
+  /// that stands still for longer is part of the static scene, and measured.
+  int agreement_frames = 8;
+  /// Things seen to move in fewer frames than this (or the clip has) are taken for errors of the flow.
+  int least_frames = 3;
+  /// Holes in a region up to this share of its area belong to it: the inside of a plain, slow thing shows no motion.
+  double hole = 0.1;
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -56,7 +64,7 @@ struct MovingPixels {
   std::vector<ValidityMask> static_pixels;  ///< One per frame, sized as the frames: 1 = static (or not known to move).
   std::vector<double> moving_shares;        ///< Per frame, 0..1.
   double moving_share = 0;                  ///< Mean of the above.
-  int regions = 0;                          ///< Connected moving regions, summed over the frames.
+  int regions = 0;                          ///< Connected moving regions that last, summed over the frames.
   double judged_share = 0;                  ///< Share of the pixels for which flow was good enough to say anything.
   double seconds = 0;
   std::vector<std::string> notes;  ///< One sentence each: what limits the answer.
@@ -64,22 +72,32 @@ struct MovingPixels {
 };
 
 /// `cameras`: one per frame, sized as the frames. `coarse`: empty or one per frame; depths with a confidence below 0.5
-/// are not used. `foreground`: empty or one mask per frame, merged where it agrees with motion. A single frame shows no
-/// motion: its mask is all static, with a note. Reports stages "optical flow" and "moving objects". Throws
+/// are not used. `foreground`: empty or one mask per frame; what of it moves is taken as a whole, with the mask's
+/// outline; what of it stands still stays static, for motion decides. A single frame shows no motion: its mask is all
+/// static, with a note. Reports stages "optical flow" and "moving objects". Throws
 /// std::invalid_argument for no frames or sizes that disagree. The same on every number of threads.
 MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
                                 std::span<const FrameGeometry> coarse, const MovingOptions& options, ThreadPool& pool,
                                 Monitor& monitor, std::span<const ForegroundMask> foreground = {});
 
+/// What find_moving_pixels does with a foreground, for one that was looked for only after motion had been found:
+/// `found` is changed. Throws std::invalid_argument when sizes disagree.
+void take_foreground_whole(std::span<const ImageRgb> frames, std::span<const ForegroundMask> foreground,
+                           const MovingOptions& options, ThreadPool& pool, MovingPixels& found);
+
 struct MovingDepthOptions {
   /// Height of the strip of static scene below an object that the ground is taken from, as a share of the object's
   /// height; at least 6 pixels. Larger: steadier on noisy depth, fooled sooner by things standing in front.
   double contact_strip = 0.25;
-  /// Ground is what tilts less than this many radians away from level (camera assumed upright). 60 degrees also
-  /// takes hills and cameras looking down.
+  /// Ground is what tilts less than this many radians away from level (camera assumed upright), or less than 30 degrees
+  /// from ground so found in other frames. 60 degrees also takes hills and cameras looking down.
   double ground_tilt = 1.05;
-  /// Standard deviation, in frames, of the smoothing of an object's inverse depth over time. 0 = none.
-  double smoothing = 2;
+  /// Standard deviation, in frames, of the smoothing of an object's inverse depth over time. 0 = none. Contact jumps by
+  /// several percent when feet are found in one frame and not in the next.
+  double smoothing = 4;
+  /// An object stands upright, but no part of it is put more than this share nearer or farther than its foot: animals
+  /// seen from above do not stand like a wall.
+  double lean = 0.15;
   /// How far an object bulges out of its upright plane, as a share of half its width. 1 = as a ball does.
   double relief = 0.5;
   /// Confidence of a depth taken from contact with the ground; lower ones are derived from it. Never a measurement.
@@ -98,7 +116,7 @@ enum class MovingDepthSource : std::uint8_t {
   none,        ///< No static depth around it in any frame: left 0.
 };
 
-/// One object followed over time.
+/// One object followed over time. Pieces that stay near each other and go the same way are one object: it has one foot.
 struct MovingObject {
   int first_frame = 0;
   std::vector<MovingDepthSource> sources;  ///< One per frame from the first.

@@ -11,6 +11,7 @@
 
 #include "uwv/core/camera.h"
 #include "uwv/core/image.h"
+#include "uwv/geometry/slopes.h"
 
 namespace uwv {
 
@@ -37,6 +38,9 @@ struct FrameGeometry {
 struct SceneGeometry {
   std::vector<FrameGeometry> frames;
   std::vector<Camera> cameras;  ///< One per frame, sized as the depth.
+  /// One per frame, unit length, in the camera's frame and facing it; zero where unknown. Empty: nobody gave any, and
+  /// surfaces follow from the depth.
+  std::vector<NormalMap> normals;
   GeometryProvider depth_from = GeometryProvider::prior;
   GeometryProvider cameras_from = GeometryProvider::prior;
   std::vector<std::string> notes;  ///< One sentence each: what was decided and why, what is uncertain.

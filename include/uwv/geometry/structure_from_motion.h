@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras and sparse points of an ordinary clip, from its pictures alone.
 //
-// Features are tracked from frame to frame, two frames with parallax start the reconstruction, the others are resected
-// into it, and a bundle adjustment (Ceres) ends it. What a clip cannot tell (a camera that only turns, stands still, or
-// sees one plane; a cut) is recognised and named: the result's `motion` and `reason` say so, and no camera is invented.
-// The scale is arbitrary: the median depth of the points seen from the first camera is 1. The world is the first
-// registered camera's frame, so that where the scene lies in any other world, however far from its origin, plays no
-// part.
+// Features are tracked from frame to frame. Pairs of frames with parallax begin small reconstructions; the one that
+// fits best grows over the key frames, is adjusted (Ceres), and the frames between are resected into it. What a clip
+// cannot tell (a camera that only turns, stands still, or sees one plane; a cut) is recognised and named: the result's
+// `motion` and `reason` say so, and no camera is invented. The scale is arbitrary: the median depth of the points seen
+// from the first camera is 1. The world is the first registered camera's frame, so that where the scene lies in any
+// other world, however far from its origin, plays no part.
 //
 // Lucas & Kanade 1981 (tracks), Nister 2004 (two views), Schoenberger & Frahm 2016 (growing), Triggs et al. 1999
-// (adjustment). Without given intrinsics several focal lengths are tried and the best one is refined; a scene that is
-// one plane says next to nothing about the lens, and the result is then as good as that guess.
+// (adjustment). Without given intrinsics several focal lengths are tried on the beginnings and the best one is refined;
+// a scene that is one plane says next to nothing about the lens, and the result is then as good as that guess.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,7 +50,8 @@ struct SfmOptions {
   /// lens could feign either, both are fitted, and `moving` must halve what turning leaves unexplained.
   double min_parallax_px = 2.0;
   double max_error_px = 2.0;  ///< An observation reprojecting farther off is an outlier.
-  std::uint64_t seed = 1;     ///< Of random choices. The sampling used today has a fixed seed of its own.
+  std::uint64_t seed = 1;     ///< Of the samples that relative poses and poses are drawn from. The same seed gives the
+                              ///< same bytes with any number of threads.
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;
 };
@@ -68,19 +69,32 @@ struct ScenePoint {
   double error_px = 0;  ///< Root mean square reprojection error.
 };
 
+/// A given lens that the pictures contradict: another one leaves clearly less unexplained.
+struct LensDoubt {
+  double given_fov_deg = 0, seen_fov_deg = 0;    ///< Horizontal.
+  double given_error_px = 0, seen_error_px = 0;  ///< Root mean square over some key frames, outliers cut off.
+};
+
 struct SfmResult {
   ClipMotion motion = ClipMotion::indeterminate;
   std::string reason;                    ///< One sentence: why this motion, in numbers.
   std::vector<Camera> cameras;           ///< One per frame unless indeterminate (then empty).
   std::vector<std::uint8_t> registered;  ///< Per frame: 1 = pose measured, 0 = interpolated between neighbours.
   std::vector<ScenePoint> points;        ///< Only for `moving`.
-  std::vector<int> cuts;                 ///< Frames at which another shot begins. Poses cover the longest shot only;
-                                         ///< frames outside it are not registered and have its nearest camera.
+  /// Frames at which another shot begins. Everything here is about the longest shot.
+  std::vector<int> cuts;
+  /// Per frame: 1 = of that shot. 0 = of another one: not registered, and its camera is only a placeholder (the shot's
+  /// nearest) that says nothing about the frame.
+  std::vector<std::uint8_t> in_shot;
   bool focal_estimated = false;
-  double parallax_px = 0;   ///< Median over tracks of the shift rotation cannot explain.
-  double rms_error_px = 0;  ///< Of all inlier observations.
-  double moving_share = 0;  ///< Share of the tracks (three frames or more) that no static point explains:
-                            ///< moving things, but also tracks slipping along edges of depth.
+  /// Set when `intrinsics` were given and cannot be those of the clip. They are used all the same: the caller may know
+  /// what the pictures cannot tell. A caller who only guessed should leave them out.
+  std::optional<LensDoubt> lens_doubt;
+  std::vector<std::string> notes;  ///< What to tell the user, one sentence each; with `lens_doubt` one about it.
+  double parallax_px = 0;          ///< Median over tracks of the shift rotation cannot explain.
+  double rms_error_px = 0;         ///< Of all inlier observations.
+  double moving_share = 0;         ///< Share of the tracks (three frames or more) that no static point explains:
+                                   ///< moving things, but also tracks slipping along edges of depth.
   double seconds = 0;
   std::string brief() const;  ///< One line.
 };

@@ -13,11 +13,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "uwv/core/monitor.h"
+#include "uwv/geometry/layers.h"
+#include "uwv/model/depth_network.h"
 #include "uwv/pipeline/run_options.h"
 #include "uwv/pipeline/scene_look.h"
 
@@ -52,10 +55,21 @@ struct RunSummary {
 /// Hears of the look at the scene before the work begins; may be empty.
 using LookListener = std::function<void(const SceneLook&)>;
 
+/// What a run may use that this library does not link, because not everybody has it: the caller hands it in.
+struct RunComponents {
+  /// uwv::model's open_depth_network. Empty: --depth-model is refused.
+  std::function<std::unique_ptr<DepthNetwork>(const std::string& folder)> open_depth_network;
+  /// uwv::model's open_foreground_network and open_foreground_tracker. Empty: a folder as --saliency-model, and
+  /// --segmenter, are refused.
+  std::function<std::unique_ptr<ForegroundFinder>(const std::string& folder)> open_foreground_network;
+  std::function<std::unique_ptr<ForegroundTracker>(const std::string& folder)> open_foreground_tracker;
+};
+
 /// Does the job. Warnings and progress go to `monitor`, from the calling thread. Throws std::invalid_argument when
 /// options.check() does, Error for everything wrong with the inputs or the output folder, Error(cancelled) when the
 /// monitor stops it. Then nothing is left behind but stages that were finished.
-RunSummary run(const RunOptions& options, Monitor& monitor, const LookListener& on_look = {});
+RunSummary run(const RunOptions& options, Monitor& monitor, const LookListener& on_look = {},
+               const RunComponents& components = {});
 
 /// Only the look before the run: opens the inputs, writes nothing.
 SceneLook look(const RunOptions& options, Monitor& monitor);

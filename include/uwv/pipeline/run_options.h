@@ -53,8 +53,10 @@ enum class LayerChoice {
 
 /// Where depth and source cameras come from.
 enum class GeometryChoice {
-  automatic,  ///< Files where they are given; else measured where the camera moved, assumed where it did not.
+  automatic,  ///< Files where they are given, a network where one is; else measured where the camera moved, assumed
+              ///< where it did not.
   import,     ///< Files: --depth or --disparity.
+  network,    ///< --depth-model, a network exported to TorchScript; cameras as for sfm where it gives none.
   sfm,        ///< Structure from motion and multi-view stereo; an error where the pictures do not allow it.
   prior,      ///< Layers on a ground plane: an assumption, for photos and cameras that stood still.
 };
@@ -104,9 +106,12 @@ struct RunOptions {
   // -- geometry, where no depth is given
   // -------------------------------------------------------------------------------
   GeometryChoice geometry = GeometryChoice::automatic;
+  std::string depth_model;                      ///< Folder of a depth network (docs/depth-models.md).
   LayerChoice layers = LayerChoice::automatic;  ///< Let the completed background show where the foreground moved away.
-  std::string saliency_model;  ///< u2netp.onnx, which finds the foreground. Empty: where scripts/setup puts it; without
-                               ///< it a contrast method does.
+  std::string saliency_model;  ///< What finds the first frame's foreground: u2netp.onnx, or the folder of a TorchScript
+                               ///< network (docs/depth-models.md). Empty: u2netp.onnx where scripts/setup puts it;
+                               ///< without it a contrast method.
+  std::string segmenter;       ///< Folder of a TorchScript network that follows it through the clip. Empty: flow does.
   int max_features = SfmOptions{}.max_features;
   double min_parallax_px = SfmOptions{}.min_parallax_px;
   int mvs_neighbours = MvsOptions{}.neighbours;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/completion_parts.h"
 #include "geometry/layers/cv_bridge.h"
 
@@ -256,7 +257,7 @@ BackgroundClip complete_background(std::span<const ImageRgb> frames, std::span<c
             "frame {} has {}x{} pixels and a mask of {}x{}, the first frame {}x{}", i, frames[i].width(),
             frames[i].height(), foreground[i].width(), foreground[i].height(), frames.front().width(),
             frames.front().height());
-  const layers::DeterministicCv deterministic;
+  const DeterministicCv deterministic;
   return Completion(frames, foreground, options, pool, monitor).run();
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/cv_bridge.h"
 #include "uwv/geometry/saliency.h"
 
@@ -72,7 +73,7 @@ class ContrastFinder : public ForegroundFinder {
 
   Image<float> find(const ImageRgb& picture) override {
     require(!picture.empty(), "a foreground needs a picture, got {}x{} pixels", picture.width(), picture.height());
-    const layers::DeterministicCv deterministic;
+    const DeterministicCv deterministic;
     const cv::Mat small = shrink(layers::view(picture));
     cv::Mat answer = soft_answer(small);
     cv::Mat outline;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our pictures as OpenCV's, without copying, and OpenCV made deterministic.
+// Our pictures as OpenCV's, without copying.
 #pragma once
 
 #include <cstdint>
@@ -21,21 +21,5 @@ inline cv::Mat view(const ImageRgb& picture) {
 }
 
 inline Size size_of(const cv::Mat& mat) { return {mat.cols, mat.rows}; }
-
-/// Some of OpenCV's algorithms (DIS flow above all) give results that depend on the number of its threads; and random
-/// ones start from a generator per thread. While this lives, OpenCV uses the calling thread only, from a fixed seed.
-class DeterministicCv {
- public:
-  DeterministicCv() : threads_(cv::getNumThreads()) {
-    cv::setNumThreads(1);
-    cv::theRNG().state = 0x5eed;
-  }
-  ~DeterministicCv() { cv::setNumThreads(threads_); }
-  DeterministicCv(const DeterministicCv&) = delete;
-  DeterministicCv& operator=(const DeterministicCv&) = delete;
-
- private:
-  int threads_;
-};
 
 }  // namespace uwv::layers

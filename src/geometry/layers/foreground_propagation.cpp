@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/colour_model.h"
 #include "geometry/layers/cv_bridge.h"
 
@@ -246,7 +247,7 @@ PropagationResult propagate_foreground(std::span<const ImageRgb> frames, const F
   for (const ImageRgb& frame : frames)
     require(frame.size() == first.size(), "the first mask has {}x{} pixels, a frame {}x{}", first.width(),
             first.height(), frame.width(), frame.height());
-  const layers::DeterministicCv deterministic;
+  const DeterministicCv deterministic;
   return Propagation(frames, first, finder, options, pool, monitor).run();
 }
 

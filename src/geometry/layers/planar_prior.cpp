@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/cv_bridge.h"
 #include "geometry/layers/prior_parts.h"
 
@@ -149,7 +150,7 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
                                Monitor& monitor) {
   options.check();
   check_input(frames, foreground, intrinsics);
-  const layers::DeterministicCv deterministic;
+  const DeterministicCv deterministic;
   const Size size = frames.front().size();
   const auto count = static_cast<int>(frames.size());
   const auto min_pixels = static_cast<std::size_t>(options.min_piece * static_cast<double>(size.pixels()));

@@ -5,6 +5,7 @@
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/layers/cv_bridge.h"
 #include "uwv/geometry/saliency.h"
 
@@ -34,7 +35,7 @@ class SaliencyNetwork : public ForegroundFinder {
 
   Image<float> find(const ImageRgb& picture) override {
     require(!picture.empty(), "saliency needs a picture, got {}x{} pixels", picture.width(), picture.height());
-    const layers::DeterministicCv deterministic;
+    const DeterministicCv deterministic;
     cv::Mat answer = run(input_of(picture));
     double low = 0, high = 0;
     cv::minMaxLoc(answer, &low, &high);

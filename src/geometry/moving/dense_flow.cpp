@@ -8,9 +8,6 @@
 
 namespace uwv::moving {
 
-SerialOpenCv::SerialOpenCv() : threads_(cv::getNumThreads()) { cv::setNumThreads(1); }
-SerialOpenCv::~SerialOpenCv() { cv::setNumThreads(threads_); }
-
 Size shrunk_size(Size size, int height) {
   if (size.height <= height) return size;
   const double scale = static_cast<double>(height) / size.height;

@@ -11,19 +11,6 @@
 
 namespace uwv::moving {
 
-/// Keeps OpenCV from splitting its own work while it lives: dense inverse search gives other results for every number
-/// of stripes. Threads come from our pool instead.
-class SerialOpenCv {
- public:
-  SerialOpenCv();
-  ~SerialOpenCv();
-  SerialOpenCv(const SerialOpenCv&) = delete;
-  SerialOpenCv& operator=(const SerialOpenCv&) = delete;
-
- private:
-  int threads_;
-};
-
 /// The size at most `height` rows tall that keeps the shape of `size`; at least 1 x 1.
 Size shrunk_size(Size size, int height);
 

@@ -3,7 +3,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/moving/dense_flow.h"
+#include "geometry/moving/grouping.h"
 #include "geometry/moving/pieces.h"
 #include "uwv/geometry/moving_objects.h"
 
@@ -28,64 +30,107 @@ struct Track {
   std::vector<Eigen::Vector3d> up_in_cam;
 };
 
-/// Frame by frame pieces and which piece becomes which.
+/// What moves in each frame, one piece an object, and which objects they are.
 struct Pieces {
   std::vector<std::vector<Piece>> of_frame;
-  std::vector<std::vector<int>> becomes;
+  std::vector<std::vector<int>> numbers;
+  int objects = 0;
 };
 
-Pieces look_at_pieces(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
-                      std::span<const ValidityMask> static_pixels, const std::vector<FrameGeometry>& geometry,
-                      const MovingDepthOptions& options, ThreadPool& pool, Monitor& monitor) {
-  const moving::SerialOpenCv serial;
+/// The pieces of one frame as they are joined in `pieces`, and their labels.
+cv::Mat joined_labels(const ValidityMask& static_pixels, const std::vector<int>& objects) {
+  cv::Mat labels;
+  std::vector<int> numbers;
+  const std::vector<Piece> parts = moving::find_pieces(static_pixels, labels);
+  moving::join_pieces(parts, objects, labels, numbers);
+  return labels;
+}
+
+/// Runs body(i) for each of the frames, some at a time, and reports.
+template <class Body>
+void in_chunks(int count, int first_step, ThreadPool& pool, Monitor& monitor, const Body& body) {
+  for (int first = 0; first < count; first += frames_at_once) {
+    monitor.step("moving depth", first_step + first, 3L * count);
+    pool.run(std::min(frames_at_once, count - first), [&](int part) { body(first + part); });
+  }
+}
+
+/// The object each connected piece of each frame belongs to.
+std::vector<std::vector<int>> find_objects(std::span<const ImageRgb> frames,
+                                           std::span<const ValidityMask> static_pixels, int flow_height,
+                                           ThreadPool& pool, Monitor& monitor) {
   const int count = static_cast<int>(frames.size());
-  const Size small = moving::shrunk_size(frames[0].size(), options.flow_height);
-  Pieces pieces;
-  pieces.of_frame.resize(frames.size());
-  pieces.becomes.resize(frames.size());
-  const auto in_chunks = [&](int first_step, const auto& body) {
-    for (int first = 0; first < count; first += frames_at_once) {
-      monitor.step("moving depth", first_step + first, 3L * count);
-      pool.run(std::min(frames_at_once, count - first), [&](int part) { body(first + part); });
+  const Size small = moving::shrunk_size(frames[0].size(), flow_height);
+  std::vector<moving::PieceRelations> relations(frames.size());
+  std::vector<std::size_t> pieces_of_frame(frames.size(), 0);
+  in_chunks(count, 0, pool, monitor, [&](int i) {
+    cv::Mat labels, next_labels, flow;
+    std::vector<Piece> next;
+    const std::vector<Piece> pieces = moving::find_pieces(static_pixels[at(i)], labels);
+    pieces_of_frame[at(i)] = pieces.size();
+    if (pieces.empty()) return;
+    if (i + 1 < count) {
+      next = moving::find_pieces(static_pixels[at(i + 1)], next_labels);
+      flow =
+          moving::dense_flow(moving::shrunk_grey(frames[at(i)], small), moving::shrunk_grey(frames[at(i + 1)], small));
     }
+    relations[at(i)] = moving::relate_pieces(pieces, labels, flow, next, next_labels);
+  });
+  return moving::group_pieces(pieces_of_frame, relations);
+}
+
+/// Forgets contacts with what is no ground. Ground is level for an upright camera, or as the ground in other frames is:
+/// a camera that looks steeply down sees it as a wall.
+void keep_ground(std::span<const Camera> cameras, double ground_tilt, std::vector<std::vector<Piece>>& pieces) {
+  constexpr double like_other_ground = 0.5;  // radians
+  const auto level = [&](std::size_t frame, const Piece& piece) {
+    const double up = cameras[frame].intrinsics.fy > 0 ? -piece.normal_in_cam.y() : piece.normal_in_cam.y();
+    return up >= std::cos(ground_tilt);
   };
-  in_chunks(0, [&](int i) {
+  Eigen::Vector3d up_in_world = Eigen::Vector3d::Zero();
+  const auto in_world = [&](std::size_t frame, const Piece& piece) -> Eigen::Vector3d {
+    return cameras[frame].world_from_cam.rotation * piece.normal_in_cam;
+  };
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (const Piece& piece : pieces[i])
+      if (piece.contact > 0 && level(i, piece)) up_in_world += piece.area * in_world(i, piece);
+  const bool known = up_in_world.norm() > 0;
+  if (known) up_in_world.normalize();
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (Piece& piece : pieces[i]) {
+      const bool alike = known && in_world(i, piece).dot(up_in_world) >= std::cos(like_other_ground);
+      if (!level(i, piece) && !alike) piece.contact = 0;
+    }
+}
+
+Pieces look_at_pieces(std::span<const Camera> cameras, std::span<const ValidityMask> static_pixels,
+                      const std::vector<std::vector<int>>& objects, const std::vector<FrameGeometry>& geometry,
+                      const MovingDepthOptions& options, ThreadPool& pool, Monitor& monitor) {
+  const int count = static_cast<int>(cameras.size());
+  Pieces pieces;
+  pieces.of_frame.resize(cameras.size());
+  pieces.numbers.resize(cameras.size());
+  in_chunks(count, count, pool, monitor, [&](int i) {
     cv::Mat labels;
-    pieces.of_frame[at(i)] = moving::find_pieces(static_pixels[at(i)], labels);
+    const std::vector<Piece> parts = moving::find_pieces(static_pixels[at(i)], labels);
+    pieces.of_frame[at(i)] = moving::join_pieces(parts, objects[at(i)], labels, pieces.numbers[at(i)]);
     for (Piece& piece : pieces.of_frame[at(i)])
       moving::measure_piece(piece, labels, geometry[at(i)].depth, cameras[at(i)].intrinsics, options);
   });
-  in_chunks(count, [&](int i) {
-    pieces.becomes[at(i)].assign(pieces.of_frame[at(i)].size(), -1);
-    if (i + 1 >= count || pieces.of_frame[at(i)].empty() || pieces.of_frame[at(i + 1)].empty()) return;
-    cv::Mat labels, next_labels;
-    moving::find_pieces(static_pixels[at(i)], labels);
-    moving::find_pieces(static_pixels[at(i + 1)], next_labels);
-    const cv::Mat flow =
-        moving::dense_flow(moving::shrunk_grey(frames[at(i)], small), moving::shrunk_grey(frames[at(i + 1)], small));
-    pieces.becomes[at(i)] =
-        moving::follow_pieces(pieces.of_frame[at(i)], labels, flow, pieces.of_frame[at(i + 1)], next_labels);
-  });
+  keep_ground(cameras, options.ground_tilt, pieces.of_frame);
+  for (const std::vector<int>& numbers : pieces.numbers)
+    for (const int number : numbers) pieces.objects = std::max(pieces.objects, number + 1);
   return pieces;
 }
 
 std::vector<Track> tracks_of(const Pieces& pieces) {
-  std::vector<Track> tracks;
-  std::vector<int> track_of;  // of the pieces of the current frame
-  for (std::size_t frame = 0; frame < pieces.of_frame.size(); ++frame) {
-    std::vector<int> continued(pieces.of_frame[frame].size(), -1);
-    if (frame > 0)
-      for (std::size_t p = 0; p < track_of.size(); ++p)
-        if (pieces.becomes[frame - 1][p] >= 0) continued[at(pieces.becomes[frame - 1][p])] = track_of[p];
-    for (std::size_t p = 0; p < continued.size(); ++p) {
-      if (continued[p] < 0) {
-        continued[p] = static_cast<int>(tracks.size());
-        tracks.emplace_back().first_frame = static_cast<int>(frame);
-      }
-      tracks[at(continued[p])].pieces.push_back(&pieces.of_frame[frame][p]);
+  std::vector<Track> tracks(at(pieces.objects));
+  for (std::size_t frame = 0; frame < pieces.of_frame.size(); ++frame)
+    for (std::size_t p = 0; p < pieces.of_frame[frame].size(); ++p) {
+      Track& track = tracks[at(pieces.numbers[frame][p])];
+      if (track.pieces.empty()) track.first_frame = static_cast<int>(frame);
+      track.pieces.push_back(&pieces.of_frame[frame][p]);
     }
-    track_of = std::move(continued);
-  }
   return tracks;
 }
 
@@ -100,21 +145,30 @@ double median_contact(const Track& track, int i) {
 }
 
 /// A straight line through the values around frame i, weighted by a Gaussian in time; unlike an average it does not lag
-/// at the ends.
+/// at the ends. Larger values (nearer places) weigh more: feet that were not found, and jumps, only ever make a contact
+/// look farther.
 double smoothed(const std::vector<double>& values, int i, double deviation) {
   if (!(deviation > 0)) return values[at(i)];
-  double s0 = 0, s1 = 0, s2 = 0, v0 = 0, v1 = 0;
+  constexpr double weight_of_nearer = 3;
+  constexpr int rounds = 5;
   const int reach = static_cast<int>(std::ceil(3 * deviation));
-  for (int j = std::max(0, i - reach); j <= std::min(static_cast<int>(values.size()) - 1, i + reach); ++j) {
-    if (!(values[at(j)] > 0)) continue;
-    const double t = j - i, weight = std::exp(-0.5 * t * t / (deviation * deviation));
-    s0 += weight, s1 += weight * t, s2 += weight * t * t;
-    v0 += weight * values[at(j)], v1 += weight * t * values[at(j)];
+  double constant = 0, slope = 0;
+  for (int round = 0; round < rounds; ++round) {
+    double s0 = 0, s1 = 0, s2 = 0, v0 = 0, v1 = 0;
+    for (int j = std::max(0, i - reach); j <= std::min(static_cast<int>(values.size()) - 1, i + reach); ++j) {
+      if (!(values[at(j)] > 0)) continue;
+      const double t = j - i, nearer = values[at(j)] > constant + slope * t ? weight_of_nearer : 1;
+      const double weight = nearer * std::exp(-0.5 * t * t / (deviation * deviation));
+      s0 += weight, s1 += weight * t, s2 += weight * t * t;
+      v0 += weight * values[at(j)], v1 += weight * t * values[at(j)];
+    }
+    if (!(s0 > 0)) return 0;
+    const double determinant = s0 * s2 - s1 * s1;
+    const bool straight = determinant > 1e-9 * s0 * s0 && s2 * v0 - s1 * v1 > 0;
+    constant = straight ? (s2 * v0 - s1 * v1) / determinant : v0 / s0;
+    slope = straight ? (s0 * v1 - s1 * v0) / determinant : 0;
   }
-  if (!(s0 > 0)) return 0;
-  const double determinant = s0 * s2 - s1 * s1;
-  const double line = determinant > 1e-9 * s0 * s0 ? (s2 * v0 - s1 * v1) / determinant : v0 / s0;
-  return line > 0 ? line : v0 / s0;
+  return constant;
 }
 
 void place_by_contact(Track& track) {
@@ -123,7 +177,7 @@ void place_by_contact(Track& track) {
     if (!(contact > 0) || std::abs(contact - around) > contact_outlier * around) continue;
     track.at_foot[at(i)] = contact;
     track.sources[at(i)] = MovingDepthSource::contact;
-    track.up_in_cam[at(i)] = track.pieces[at(i)]->up_in_cam;
+    track.up_in_cam[at(i)] = track.pieces[at(i)]->normal_in_cam;
   }
 }
 
@@ -179,21 +233,19 @@ float confidence_of(MovingDepthSource source, double of_contact) {
 }
 
 void paint(const std::vector<Track>& tracks, std::span<const Camera> cameras,
-           std::span<const ValidityMask> static_pixels, const MovingDepthOptions& options, ThreadPool& pool,
-           std::vector<FrameGeometry>& geometry) {
-  const moving::SerialOpenCv serial;
+           std::span<const ValidityMask> static_pixels, const std::vector<std::vector<int>>& objects,
+           const MovingDepthOptions& options, ThreadPool& pool, std::vector<FrameGeometry>& geometry) {
   pool.run(static_cast<int>(geometry.size()), [&](int frame) {
-    cv::Mat labels;
-    moving::find_pieces(static_pixels[at(frame)], labels);
+    const cv::Mat labels = joined_labels(static_pixels[at(frame)], objects[at(frame)]);
     FrameGeometry& out = geometry[at(frame)];
     for (std::size_t p = 0; p < out.depth.pixels().size(); ++p)
       if (static_pixels[at(frame)].pixels()[p] == 0) out.depth.pixels()[p] = 0, out.confidence.pixels()[p] = 0;
     for (const Track& track : tracks) {
       const int i = frame - track.first_frame;
       if (i < 0 || i >= static_cast<int>(track.pieces.size()) || !(track.at_foot[at(i)] > 0)) continue;
-      moving::paint_piece(*track.pieces[at(i)], labels, track.at_foot[at(i)], track.up_in_cam[at(i)],
-                          confidence_of(track.sources[at(i)], options.confidence), cameras[at(frame)].intrinsics,
-                          options.relief, out);
+      const moving::Stand stand{track.at_foot[at(i)], track.up_in_cam[at(i)],
+                                confidence_of(track.sources[at(i)], options.confidence)};
+      moving::paint_piece(*track.pieces[at(i)], labels, stand, cameras[at(frame)].intrinsics, options, out);
     }
   });
 }
@@ -236,6 +288,7 @@ void MovingDepthOptions::check() const {
   require(contact_strip > 0 && contact_strip <= 2, "contact_strip {} is outside (0, 2]", contact_strip);
   require(ground_tilt > 0 && ground_tilt < 1.5, "ground_tilt {} rad is outside (0, 1.5)", ground_tilt);
   require(smoothing >= 0 && smoothing <= 100, "smoothing {} is outside 0..100", smoothing);
+  require(lean >= 0 && lean <= 1, "lean {} is outside 0..1", lean);
   require(relief >= 0 && relief <= 2, "relief {} is outside 0..2", relief);
   require(confidence >= 0 && confidence < 0.5, "confidence {} of moving depth is outside [0, 0.5)", confidence);
   require(flow_height >= 32 && flow_height <= 4320, "flow_height {} is outside 32..4320", flow_height);
@@ -261,12 +314,14 @@ MovingDepthSummary fill_moving_depth(std::span<const ImageRgb> frames, std::span
             "fill_moving_depth: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
   }
   if (frames.empty()) return {};
-  const Pieces pieces = look_at_pieces(frames, cameras, static_pixels, geometry, options, pool, monitor);
+  const DeterministicCv deterministic;
+  const auto objects = find_objects(frames, static_pixels, options.flow_height, pool, monitor);
+  const Pieces pieces = look_at_pieces(cameras, static_pixels, objects, geometry, options, pool, monitor);
   std::vector<Track> tracks = tracks_of(pieces);
   for (Track& track : tracks) place(track, cameras, options.smoothing);
   // From here on nothing stops: depth is written for all frames or none.
   monitor.step("moving depth", 2 * static_cast<long>(frames.size()), 3 * static_cast<long>(frames.size()));
-  paint(tracks, cameras, static_pixels, options, pool, geometry);
+  paint(tracks, cameras, static_pixels, objects, options, pool, geometry);
   MovingDepthSummary summary = summarise(tracks);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return summary;

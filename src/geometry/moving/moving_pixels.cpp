@@ -5,7 +5,9 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/deterministic_cv.h"
 #include "geometry/moving/dense_flow.h"
+#include "geometry/moving/linked_pieces.h"
 #include "geometry/moving/motion_evidence.h"
 #include "geometry/moving/regions.h"
 #include "uwv/core/depth.h"
@@ -25,6 +27,8 @@ constexpr int edge_reach = 2;
 constexpr float seed_score = 0.75F;
 /// Pairs between two reports to the monitor.
 constexpr int pairs_at_once = 8;
+/// Frames between two reports.
+constexpr int frames_at_once = 8;
 
 /// Work on one clip, at the size flow is computed at.
 class Search {
@@ -205,7 +209,7 @@ void Search::steady_scores() {
 }
 
 void Search::run() {
-  const moving::SerialOpenCv serial;
+  const DeterministicCv deterministic;
   prepare();
   if (!coarse_.empty()) bound_from_coarse();
   bool ranged = false;
@@ -229,6 +233,37 @@ void Search::run() {
   for (std::size_t i = 0; i < frames_.size(); ++i)
     judged += cv::countNonZero(ahead_evidence_[i].certain_count + back_evidence_[i].certain_count);
   judged_share_ = judged / static_cast<double>(size_.pixels() * frames_.size());
+}
+
+/// Each frame's regions, from its scores and its picture.
+void outline(std::span<const ImageRgb> frames, const Search& search, const MovingOptions& options, ThreadPool& pool,
+             Monitor& monitor, std::vector<ValidityMask>& static_pixels) {
+  const DeterministicCv deterministic;
+  const double smallest = options.smallest * static_cast<double>(search.size().pixels());
+  const int count = static_cast<int>(frames.size());
+  for (int first = 0; first < count; first += frames_at_once) {
+    monitor.step("moving objects", first, count);
+    pool.run(std::min(frames_at_once, count - first), [&](int part) {
+      const int i = first + part;
+      const ImageRgb& frame = frames[static_cast<std::size_t>(i)];
+      cv::Mat regions = moving::hysteresis(search.score(i), seed_score, options.grow);
+      moving::tidy_regions(regions, smallest, 4 * smallest);
+      moving::grow_to_outlines(regions, moving::shrunk_colour(frame, search.size()));
+      static_pixels[static_cast<std::size_t>(i)] = moving::static_from_regions(regions, frame.size());
+    });
+  }
+}
+
+/// Drops what does not last, closes holes, and counts.
+void tidy_over_time(const MovingOptions& options, ThreadPool& pool, MovingPixels& found) {
+  const auto pixels = static_cast<double>(found.static_pixels.front().size().pixels());
+  found.regions = moving::drop_fleeting(options.least_frames, options.smallest * pixels, pool, found.static_pixels);
+  moving::close_holes(options.hole, pool, found.static_pixels);
+  found.moving_share = 0;
+  for (std::size_t i = 0; i < found.static_pixels.size(); ++i) {
+    found.moving_shares[i] = 1.0 - static_cast<double>(found.static_pixels[i].count()) / pixels;
+    found.moving_share += found.moving_shares[i] / static_cast<double>(found.static_pixels.size());
+  }
 }
 
 void check_inputs(std::span<const ImageRgb> frames, std::span<const Camera> cameras,
@@ -261,6 +296,9 @@ void MovingOptions::check() const {
   require(depth_tolerance >= 0 && depth_tolerance < 1, "depth_tolerance {} is outside [0, 1)", depth_tolerance);
   require(smallest >= 0 && smallest < 1, "smallest {} is outside [0, 1)", smallest);
   require(agreement > 0 && agreement <= 1, "agreement {} is outside (0, 1]", agreement);
+  require(agreement_frames >= 0, "agreement_frames {} is negative", agreement_frames);
+  require(least_frames >= 1, "least_frames {} is not positive", least_frames);
+  require(hole >= 0 && hole < 1, "hole {} is outside [0, 1)", hole);
 }
 
 std::string MovingPixels::brief() const {
@@ -283,18 +321,9 @@ MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<cons
     Search search(frames, cameras, coarse, options, pool, monitor);
     search.run();
     result.judged_share = search.judged_share();
-    const double pixels = static_cast<double>(search.size().pixels());
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      monitor.step("moving objects", static_cast<long>(i), static_cast<long>(frames.size()));
-      cv::Mat regions = moving::hysteresis(search.score(static_cast<int>(i)), seed_score, options.grow);
-      result.regions += moving::tidy_regions(regions, options.smallest * pixels, 4 * options.smallest * pixels);
-      moving::grow_to_outlines(regions, moving::shrunk_colour(frames[i], search.size()));
-      ValidityMask& mask = result.static_pixels[i];
-      mask = moving::static_from_regions(regions, size);
-      if (!foreground.empty()) moving::adopt_foreground(mask, foreground[i], options.agreement);
-      result.moving_shares[i] = 1.0 - static_cast<double>(mask.count()) / static_cast<double>(size.pixels());
-      result.moving_share += result.moving_shares[i] / static_cast<double>(frames.size());
-    }
+    outline(frames, search, options, pool, monitor, result.static_pixels);
+    tidy_over_time(options, pool, result);
+    if (!foreground.empty()) take_foreground_whole(frames, foreground, options, pool, result);
     if (coarse.empty())
       result.notes.emplace_back("no depth was given: things moving along their epipolar line may pass as static");
     if (result.judged_share < 0.5)
@@ -308,6 +337,24 @@ MovingPixels find_moving_pixels(std::span<const ImageRgb> frames, std::span<cons
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
+}
+
+void take_foreground_whole(std::span<const ImageRgb> frames, std::span<const ForegroundMask> foreground,
+                           const MovingOptions& options, ThreadPool& pool, MovingPixels& found) {
+  options.check();
+  require(!frames.empty() && frames.size() == foreground.size() && frames.size() == found.static_pixels.size() &&
+              frames.size() == found.moving_shares.size(),
+          "take_foreground_whole: {} frames, {} foreground masks and {} masks of what is static", frames.size(),
+          foreground.size(), found.static_pixels.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Size size = frames[0].size();
+    require(size.pixels() > 0 && frames[i].size() == size && foreground[i].size() == size &&
+                found.static_pixels[i].size() == size,
+            "take_foreground_whole: what belongs to frame {} is not all {}x{}", i, size.width, size.height);
+  }
+  const DeterministicCv deterministic;
+  moving::adopt_foreground(frames, foreground, options.agreement, options.agreement_frames, pool, found.static_pixels);
+  tidy_over_time(options, pool, found);
 }
 
 }  // namespace uwv

@@ -13,6 +13,9 @@
 namespace uwv::moving {
 namespace {
 
+/// Parts smaller than this share of an object's largest do not say where it stands, or that it is cut.
+constexpr double splinter = 0.1;
+
 /// A static pixel beside a piece: its place relative to the foot, and its inverse depth.
 struct GroundSample {
   double dx, dy, inverse_depth;
@@ -95,6 +98,21 @@ float beside(const cv::Mat& labels, const DepthMap& depth, int x, int y, int ste
   return 0;
 }
 
+/// Each known value becomes the median of the known ones around it, lest one bad row cut into the object.
+void steady_rows(std::vector<float>& rows) {
+  const std::vector<float> before = rows;
+  const int reach = std::max(2, static_cast<int>(rows.size()) / 10), count = static_cast<int>(rows.size());
+  std::vector<float> near;
+  for (int y = 0; y < count; ++y) {
+    near.clear();
+    for (int v = std::max(0, y - reach); v <= std::min(count - 1, y + reach); ++v)
+      if (before[static_cast<std::size_t>(v)] > 0) near.push_back(before[static_cast<std::size_t>(v)]);
+    if (near.empty() || !(before[static_cast<std::size_t>(y)] > 0)) continue;
+    std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2), near.end());
+    rows[static_cast<std::size_t>(y)] = near[near.size() / 2];
+  }
+}
+
 void measure_behind(Piece& piece, const cv::Mat& labels, const DepthMap& depth) {
   piece.behind.assign(static_cast<std::size_t>(piece.box.height), 0.0F);
   std::vector<float> known;
@@ -107,6 +125,7 @@ void measure_behind(Piece& piece, const cv::Mat& labels, const DepthMap& depth) 
     behind = left > 0 && right > 0 ? std::min(left, right) : std::max(left, right);
     if (behind > 0) known.push_back(behind);
   }
+  steady_rows(piece.behind);
   if (known.empty()) return;
   std::nth_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2), known.end());
   piece.behind_median = known[known.size() / 2];
@@ -134,6 +153,36 @@ std::vector<Piece> find_pieces(const ValidityMask& static_pixels, cv::Mat& label
   return pieces;
 }
 
+std::vector<Piece> join_pieces(const std::vector<Piece>& pieces, const std::vector<int>& objects, cv::Mat& labels,
+                               std::vector<int>& numbers) {
+  numbers = objects;
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  std::vector<int> new_label(pieces.size() + 1, 0);
+  const auto place_of = [&](std::size_t i) {
+    return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), objects[i]) - numbers.begin());
+  };
+  std::vector<int> largest(numbers.size(), 0);
+  for (std::size_t i = 0; i < pieces.size(); ++i) largest[place_of(i)] = std::max(largest[place_of(i)], pieces[i].area);
+  std::vector<Piece> joined(numbers.size());
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    Piece& whole = joined[place_of(i)];
+    whole.label = new_label[static_cast<std::size_t>(pieces[i].label)] = static_cast<int>(place_of(i)) + 1;
+    whole.box = whole.area > 0 ? whole.box | pieces[i].box : pieces[i].box;
+    whole.area += pieces[i].area;
+    if (pieces[i].area < splinter * largest[place_of(i)]) continue;
+    whole.cut_sideways = whole.cut_sideways || pieces[i].cut_sideways;
+    whole.cut_upright = whole.cut_upright || pieces[i].cut_upright;
+    if (pieces[i].foot.y() > whole.foot.y()) whole.foot = pieces[i].foot;
+  }
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x) {
+      int& label = labels.at<int>(y, x);
+      label = new_label[static_cast<std::size_t>(label)];
+    }
+  return joined;
+}
+
 void measure_piece(Piece& piece, const cv::Mat& labels, const DepthMap& depth, const Intrinsics& k,
                    const MovingDepthOptions& options) {
   measure_behind(piece, labels, depth);
@@ -141,10 +190,9 @@ void measure_piece(Piece& piece, const cv::Mat& labels, const DepthMap& depth, c
   Eigen::Vector3d plane;
   if (!fit_plane(ground_samples(piece, labels, depth, strip), plane)) return;
   const Eigen::Vector3d normal = normal_towards_camera(plane, piece.foot, k);
-  const double level = k.fy > 0 ? -normal.y() : normal.y();
-  if (!normal.allFinite() || level < std::cos(options.ground_tilt)) return;
+  if (!normal.allFinite()) return;
   piece.contact = plane[0];
-  piece.up_in_cam = normal;
+  piece.normal_in_cam = normal;
 }
 
 std::vector<int> follow_pieces(const std::vector<Piece>& from, const cv::Mat& from_labels, const cv::Mat& flow,
@@ -185,46 +233,80 @@ std::vector<int> follow_pieces(const std::vector<Piece>& from, const cv::Mat& fr
 }
 
 double size_ratio(const Piece& piece, const Piece& reference) {
+  const auto whole = [](const Piece& p) { return !p.cut_sideways && !p.cut_upright; };
+  if (whole(piece) && whole(reference)) return std::sqrt(static_cast<double>(piece.area) / reference.area);
   if (!piece.cut_sideways && !reference.cut_sideways) return static_cast<double>(piece.box.width) / reference.box.width;
   if (!piece.cut_upright && !reference.cut_upright) return static_cast<double>(piece.box.height) / reference.box.height;
   return 1;
 }
 
-void paint_piece(const Piece& piece, const cv::Mat& labels, double at_foot, const Eigen::Vector3d& up_in_cam,
-                 float confidence, const Intrinsics& k, double relief, FrameGeometry& geometry) {
-  const double z_foot = 1 / at_foot;
-  const Eigen::Vector3d foot_ray = unproject(k, piece.foot, 1.0);
-  // The upright plane through the foot that faces the camera as far as an upright plane can.
-  const Eigen::Vector3d level = foot_ray - up_in_cam * up_in_cam.dot(foot_ray);
-  const bool upright = level.norm() > 0.1 * foot_ray.norm();
-  const Eigen::Vector3d facing = upright ? level.normalized() : foot_ray.normalized();
-  const double offset = facing.dot(foot_ray);
+namespace {
 
-  const cv::Rect padded(piece.box.x - 1, piece.box.y - 1, piece.box.width + 2, piece.box.height + 2);
-  cv::Mat inside = cv::Mat::zeros(padded.height, padded.width, CV_8U), depth_in;
+/// The upright plane through a piece's foot that faces the camera as far as an upright plane can, leaning no more than
+/// is asked for. Answers with depth relative to the foot's.
+class UprightPlane {
+ public:
+  UprightPlane(const Piece& piece, const Stand& stand, const Intrinsics& k, double lean) : k_(k) {
+    const Eigen::Vector3d foot_ray = unproject(k, piece.foot, 1.0);
+    const Eigen::Vector3d level = foot_ray - stand.up_in_cam * stand.up_in_cam.dot(foot_ray);
+    const bool upright = level.norm() > 0.1 * foot_ray.norm();
+    facing_ = upright ? level.normalized() : foot_ray.normalized();
+    offset_ = facing_.dot(foot_ray);
+    double steepest = 0;
+    for (const double x : {piece.box.x, piece.box.x + piece.box.width})
+      for (const double y : {piece.box.y, piece.box.y + piece.box.height})
+        steepest = std::max(steepest, std::abs(std::log(plain(x, y))));
+    const double most = std::log1p(lean);
+    gentle_ = steepest > most ? most / steepest : 1;
+  }
+  double at(double x, double y) const { return std::pow(plain(x, y), gentle_); }
+
+ private:
+  double plain(double x, double y) const {
+    const double along = facing_.dot(unproject(k_, {x, y}, 1.0));
+    return along > 0 ? std::clamp(offset_ / along, 0.5, 2.0) : 2.0;
+  }
+
+  const Intrinsics& k_;
+  Eigen::Vector3d facing_;
+  double offset_ = 1, gentle_ = 1;
+};
+
+/// Distance of each pixel of a piece from its outline (CV_32F, the piece's box), 0 outside; `half_width` is the
+/// largest.
+cv::Mat distance_from_outline(const Piece& piece, const cv::Mat& labels, double& half_width) {
+  cv::Mat inside = cv::Mat::zeros(piece.box.height + 2, piece.box.width + 2, CV_8U), distance;
   for (int y = 0; y < piece.box.height; ++y)
     for (int x = 0; x < piece.box.width; ++x)
       if (labels.at<int>(piece.box.y + y, piece.box.x + x) == piece.label) inside.at<std::uint8_t>(y + 1, x + 1) = 255;
-  cv::distanceTransform(inside, depth_in, cv::DIST_L2, 5);
-  double half_width = 0;
-  cv::minMaxLoc(depth_in, nullptr, &half_width);
-  // Relative to the foot's depth; an object is never taken to reach more than a third of the way to the camera.
-  const double bulge = std::min(0.33, relief * half_width / std::abs(k.fx));
+  cv::distanceTransform(inside, distance, cv::DIST_L2, 5);
+  cv::minMaxLoc(distance, nullptr, &half_width);
+  return distance(cv::Rect(1, 1, piece.box.width, piece.box.height));
+}
 
+}  // namespace
+
+void paint_piece(const Piece& piece, const cv::Mat& labels, const Stand& stand, const Intrinsics& k,
+                 const MovingDepthOptions& options, FrameGeometry& geometry) {
+  const double z_foot = 1 / stand.at_foot;
+  const UprightPlane plane(piece, stand, k, options.lean);
+  double half_width = 0;
+  const cv::Mat from_outline = distance_from_outline(piece, labels, half_width);
+  // Relative to the foot's depth; an object is never taken to reach more than a third of the way to the camera.
+  const double bulge = std::min(0.33, options.relief * half_width / std::abs(k.fx));
   for (int y = 0; y < piece.box.height; ++y)
     for (int x = 0; x < piece.box.width; ++x) {
-      if (inside.at<std::uint8_t>(y + 1, x + 1) == 0) continue;
+      const double inside = from_outline.at<float>(y, x);
+      if (!(inside > 0)) continue;
       const int u = piece.box.x + x, v = piece.box.y + y;
-      const double along = facing.dot(unproject(k, {u + 0.5, v + 0.5}, 1.0));
-      const double plane = along > 0 ? std::clamp(offset / along, 0.5, 2.0) : 1.0;
-      const double rim = 1 - std::min(1.0, depth_in.at<float>(y + 1, x + 1) / half_width);
-      double w = 1 / (z_foot * (plane - bulge * std::sqrt(std::max(0.0, 1 - rim * rim))));
+      const double rim = 1 - std::min(1.0, inside / half_width);
+      double w = 1 / (z_foot * (plane.at(u + 0.5, v + 0.5) - bulge * std::sqrt(std::max(0.0, 1 - rim * rim))));
       const double behind = piece.behind[static_cast<std::size_t>(y)];
       if (behind > 0) w = std::max(w, 1.01 * behind);
       const float z = static_cast<float>(1 / w);
       const bool valid = is_valid_depth(z);
       geometry.depth(u, v) = valid ? z : 0.0F;
-      geometry.confidence(u, v) = valid ? confidence : 0.0F;
+      geometry.confidence(u, v) = valid ? stand.confidence : 0.0F;
     }
 }
 

@@ -67,23 +67,6 @@ void grow_to_outlines(cv::Mat& regions, const cv::Mat& picture) {
   regions |= grown;
 }
 
-void adopt_foreground(ValidityMask& static_pixels, const ForegroundMask& foreground, double agreement) {
-  const cv::Mat wanted =
-      cv::Mat(foreground.height(), foreground.width(), CV_8U, const_cast<std::uint8_t*>(foreground.data())) != 0;
-  cv::Mat labels, stats, centres;
-  const int pieces = cv::connectedComponentsWithStats(wanted, labels, stats, centres, 8, CV_32S);
-  std::vector<double> moving(static_cast<std::size_t>(pieces), 0);
-  const auto label = [&](int x, int y) { return static_cast<std::size_t>(labels.at<int>(y, x)); };
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x)
-      if (static_pixels(x, y) == 0) moving[label(x, y)] += 1;
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x) {
-      const int area = stats.at<int>(labels.at<int>(y, x), cv::CC_STAT_AREA);
-      if (label(x, y) > 0 && moving[label(x, y)] >= agreement * area) static_pixels(x, y) = 0;
-    }
-}
-
 ValidityMask static_from_regions(const cv::Mat& regions, Size size) {
   cv::Mat large;
   if (regions.cols == size.width && regions.rows == size.height)

@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>
 
 #include "uwv/core/mask.h"
-#include "uwv/geometry/layers.h"
 
 namespace uwv::moving {
 
@@ -19,9 +18,6 @@ int tidy_regions(cv::Mat& regions, double smallest, double hole);
 /// Lets regions grow to the outlines seen in `picture` (8UC3, same size) if these are within a fortieth of its height:
 /// between what surely moves and what is far enough from it, the border goes where colour changes most (watershed).
 void grow_to_outlines(cv::Mat& regions, const cv::Mat& picture);
-
-/// Marks as moving the connected pieces of the foreground of which at least the share `agreement` moves already.
-void adopt_foreground(ValidityMask& static_pixels, const ForegroundMask& foreground, double agreement);
 
 /// 1 = static, of a picture with 255 for what moves; enlarged to `size`.
 ValidityMask static_from_regions(const cv::Mat& regions, Size size);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "geometry/sfm/tracks.h"
@@ -19,6 +20,8 @@ struct Reconstruction {
 
   /// Reprojection error in pixels; infinite behind the camera or where either is unknown.
   double error(const Track& track, std::size_t index, int frame) const;
+  /// The same for a camera that stands at `pose`; the point must be known.
+  double error_from(const Rigid3& pose, const Track& track, std::size_t index, int frame) const;
   std::vector<int> registered() const;
 };
 
@@ -29,11 +32,13 @@ struct AdjustOptions {
   bool fix_translation = false;  ///< True: rotations (and points at infinity) only.
   double gate_px = 4;            ///< Observations farther off take no part.
   int iterations = 20;
+  double tolerance = 1e-5;  ///< Ends when a step gains less than this share of the cost.
 };
 /// Root mean square error of the observations that took part. The first registered camera stays where it is.
 double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options);
 
-/// Moves one camera alone; the points stay.
-void adjust_camera(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double gate_px);
+/// The frame's camera moved alone, from `pose`; the points stay. `seen`: the tracks with a point that the frame shows.
+Rigid3 adjusted_camera(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
+                       std::span<const std::size_t> seen, int frame, const Rigid3& pose, double gate_px);
 
 }  // namespace uwv::sfm

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int window = 15;       // pixels; a compromise of precision (larger) and depth edges (smaller)
 constexpr int levels = 4;        // 16x coarser at the top: steps up to about a tenth of the picture are followed
+constexpr int back_levels = 2;   // the way back begins where it should end
 constexpr double back_px = 0.5;  // tracked back, a good point returns within this
 
 struct Picture {
@@ -52,7 +53,7 @@ std::vector<cv::Point2f> follow(const Picture& from, const Picture& to, const st
     std::vector<float> error;
     cv::calcOpticalFlowPyrLK(from.pyramid, to.pyramid, there, here, ok, error, {window, window}, levels, stop, 0, 1e-4);
     back = there;
-    cv::calcOpticalFlowPyrLK(to.pyramid, from.pyramid, here, back, ok_back, error, {window, window}, levels, stop,
+    cv::calcOpticalFlowPyrLK(to.pyramid, from.pyramid, here, back, ok_back, error, {window, window}, back_levels, stop,
                              cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
     for (std::size_t i = 0; i < there.size(); ++i) {
       const cv::Point2f gap = back[i] - there[i];

@@ -3,8 +3,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace uwv::sfm {
 namespace {
@@ -17,6 +19,18 @@ Eigen::Matrix3d weighted_rotation(const std::vector<Eigen::Vector3d>& a, const s
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0);
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+/// The largest median residual of the pairs; once it reaches `enough`, the rest are not looked at.
+double turning_leaves(const std::vector<Track>& tracks, std::span<const FramePair> pairs, const Intrinsics& lens,
+                      double enough) {
+  double worst = 0;
+  for (const FramePair& pair : pairs) {
+    const PairMatches matches = matches_between(tracks, pair.a, pair.b);
+    worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
+    if (worst >= enough) break;
+  }
+  return worst;
 }
 
 }  // namespace
@@ -64,6 +78,30 @@ double median_travel(const std::vector<Track>& tracks, int least) {
   return median(travel);
 }
 
+Standing standing_tracks(const std::vector<Track>& tracks, int least, double limit_px, Size size) {
+  constexpr int parts = 4;
+  std::array<int, parts * parts> lasting{}, standing{};
+  for (const Track& track : tracks) {
+    if (static_cast<int>(track.pixels.size()) < least) continue;
+    const Eigen::Vector2d& start = track.pixels.front();
+    const int column = std::clamp(static_cast<int>(start.x() * parts / size.width), 0, parts - 1);
+    const int row = std::clamp(static_cast<int>(start.y() * parts / size.height), 0, parts - 1);
+    const auto part = static_cast<std::size_t>(row * parts + column);
+    ++lasting[part];
+    standing[part] += std::all_of(track.pixels.begin(), track.pixels.end(),
+                                  [&](const Eigen::Vector2d& p) { return (p - start).norm() < limit_px; });
+  }
+  const int all = std::accumulate(lasting.begin(), lasting.end(), 0);
+  if (all == 0) return {};
+  int occupied = 0, holding = 0;
+  for (std::size_t i = 0; i < lasting.size(); ++i) {
+    occupied += lasting[i] > 0;
+    holding += lasting[i] > 0 && 4 * standing[i] >= lasting[i];
+  }
+  return {static_cast<double>(std::accumulate(standing.begin(), standing.end(), 0)) / all,
+          static_cast<double>(holding) / occupied};
+}
+
 std::vector<int> choose_keyframes(const std::vector<Track>& tracks, int frames, double step_px) {
   std::vector<int> out{0};
   const auto in_frame = [&](int frame) {
@@ -96,15 +134,24 @@ TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePa
                        std::span<const Intrinsics> lenses) {
   TurningFit best{lenses.front(), std::numeric_limits<double>::infinity()};
   for (const Intrinsics& lens : lenses) {
-    double worst = 0;
-    for (const FramePair& pair : pairs) {
-      const PairMatches matches = matches_between(tracks, pair.a, pair.b);
-      worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
-      if (worst >= best.parallax_px) break;
-    }
-    if (worst < best.parallax_px) best = {lens, worst};
+    const double left = turning_leaves(tracks, pairs, lens, best.parallax_px);
+    if (left < best.parallax_px) best = {lens, left};
   }
   return best;
+}
+
+TurningFit refine_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs, TurningFit fit) {
+  for (const double step : {1.12, 1.06, 1.03, 1.015}) {
+    const Intrinsics middle = fit.lens;
+    for (const double factor : {step, 1 / step}) {
+      Intrinsics lens = middle;
+      lens.fx *= factor;
+      lens.fy *= factor;
+      const double left = turning_leaves(tracks, pairs, lens, fit.parallax_px);
+      if (left < fit.parallax_px) fit = {lens, left};
+    }
+  }
+  return fit;
 }
 
 }  // namespace uwv::sfm

@@ -18,6 +18,13 @@ std::vector<double> rotation_residuals(const PairMatches& matches, const Intrins
 /// Median over the tracks of how far each strays from its own first place, in pixels. Tracks of `least` frames or more.
 double median_travel(const std::vector<Track>& tracks, int least);
 
+/// Tracks of `least` frames or more that never leave their place by `limit_px`.
+struct Standing {
+  double share = 0;   ///< Of those tracks.
+  double spread = 0;  ///< Share of the parts of the picture (4x4) with such tracks where a quarter of them stands.
+};
+Standing standing_tracks(const std::vector<Track>& tracks, int least, double limit_px, Size size);
+
 /// Frames some way apart, chosen so that at least one of them spans each stretch of the shot.
 struct FramePair {
   int a = 0, b = 0;
@@ -33,5 +40,7 @@ struct TurningFit {
 /// How much of the pairs' motion remains after rotation; the smallest over the candidate lenses.
 TurningFit fit_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
                        std::span<const Intrinsics> lenses);
+/// The same over focal lengths near the fit's own.
+TurningFit refine_turning(const std::vector<Track>& tracks, std::span<const FramePair> pairs, TurningFit fit);
 
 }  // namespace uwv::sfm

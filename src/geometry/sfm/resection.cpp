@@ -9,18 +9,20 @@ namespace uwv::sfm {
 namespace {
 
 int inliers_of(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
-               const std::vector<std::size_t>& seen, int frame, double max_error_px) {
+               const std::vector<std::size_t>& seen, int frame, const Rigid3& pose, double max_error_px) {
   int count = 0;
-  for (const std::size_t t : seen) count += reconstruction.error(tracks[t], t, frame) < max_error_px ? 1 : 0;
+  for (const std::size_t t : seen) count += reconstruction.error_from(pose, tracks[t], t, frame) < max_error_px ? 1 : 0;
   return count;
 }
 
 /// The pose by minimal sets; empty when none is found.
 std::optional<Rigid3> ransac_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
-                                  const std::vector<std::size_t>& seen, int frame, double max_error_px) {
+                                  const std::vector<std::size_t>& seen, int frame, double max_error_px,
+                                  std::uint64_t seed) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
-  for (const std::size_t t : seen) {
+  for (const std::size_t i : drawing_order(seen.size(), seed)) {
+    const std::size_t t = seen[i];
     const Eigen::Vector3d& x = *reconstruction.points[t];
     points.emplace_back(x.x(), x.y(), x.z());
     pixels.emplace_back(tracks[t].at(frame).x(), tracks[t].at(frame).y());
@@ -43,44 +45,54 @@ std::optional<Rigid3> ransac_pose(const Reconstruction& reconstruction, const st
   return pose;
 }
 
-/// The registered pose nearest in time.
-std::optional<Rigid3> neighbour(const Reconstruction& reconstruction, int frame) {
-  const int n = static_cast<int>(reconstruction.cam_from_world.size());
-  for (int gap = 1; gap < n; ++gap)
-    for (const int f : {frame - gap, frame + gap})
-      if (f >= 0 && f < n && reconstruction.cam_from_world[static_cast<std::size_t>(f)])
-        return reconstruction.cam_from_world[static_cast<std::size_t>(f)];
-  return std::nullopt;
+/// The registered poses nearest in time, before and after.
+std::vector<Rigid3> neighbours(const Reconstruction& reconstruction, int frame) {
+  const auto& poses = reconstruction.cam_from_world;
+  std::vector<Rigid3> out;
+  for (const int step : {-1, 1})
+    for (int f = frame + step; f >= 0 && f < static_cast<int>(poses.size()); f += step)
+      if (poses[static_cast<std::size_t>(f)]) {
+        out.push_back(*poses[static_cast<std::size_t>(f)]);
+        break;
+      }
+  return out;
 }
 
 }  // namespace
 
-bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
-            int least) {
+std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame,
+                                double max_error_px, std::uint64_t seed) {
+  constexpr int least = 10;  // tracks that carry a pose
   std::vector<std::size_t> seen;
   for (std::size_t t = 0; t < tracks.size(); ++t)
     if (tracks[t].in(frame) && reconstruction.points[t]) seen.push_back(t);
-  if (static_cast<int>(seen.size()) < least) return false;
-  auto& pose = reconstruction.cam_from_world[static_cast<std::size_t>(frame)];
-  const int needed = std::max(least, static_cast<int>(seen.size()) * 3 / 10);
-
-  const std::optional<Rigid3> near = neighbour(reconstruction, frame);
-  pose = near;
+  const auto total = static_cast<int>(seen.size());
+  if (total < least) return std::nullopt;
+  const int needed = std::max(least, total * 3 / 10), plenty = total * 7 / 10;
+  std::optional<Rigid3> best;
+  int agree = -1;
+  const auto consider = [&](Rigid3 pose, std::initializer_list<double> gates) {
+    for (const double gate : gates) pose = adjusted_camera(reconstruction, tracks, seen, frame, pose, gate);
+    const int count = inliers_of(reconstruction, tracks, seen, frame, pose, max_error_px);
+    if (count <= agree) return;
+    agree = count;
+    best = pose;
+  };
   // The gates narrow: a neighbour may be tens of pixels off.
-  for (const double gate : {30 * max_error_px, 4 * max_error_px})
-    if (pose) adjust_camera(reconstruction, tracks, frame, gate);
-  int agree = pose ? inliers_of(reconstruction, tracks, seen, frame, max_error_px) : 0;
-  if (agree < static_cast<int>(seen.size()) * 7 / 10) {
-    const std::optional<Rigid3> warm = pose;
-    pose = ransac_pose(reconstruction, tracks, seen, frame, max_error_px);
-    if (pose) adjust_camera(reconstruction, tracks, frame, 4 * max_error_px);
-    const int other = pose ? inliers_of(reconstruction, tracks, seen, frame, max_error_px) : 0;
-    if (other < agree) pose = warm;
-    agree = std::max(agree, other);
-  }
-  if (agree >= needed) return true;
-  pose.reset();
-  return false;
+  for (const Rigid3& near : neighbours(reconstruction, frame))
+    if (agree < plenty) consider(near, {30 * max_error_px, 4 * max_error_px});
+  if (agree < plenty)
+    if (const auto pose = ransac_pose(reconstruction, tracks, seen, frame, max_error_px, seed))
+      consider(*pose, {4 * max_error_px});
+  if (agree < needed) return std::nullopt;
+  return best;
+}
+
+bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
+            std::uint64_t seed) {
+  const std::optional<Rigid3> pose = find_pose(reconstruction, tracks, frame, max_error_px, seed);
+  reconstruction.cam_from_world[static_cast<std::size_t>(frame)] = pose;
+  return pose.has_value();
 }
 
 }  // namespace uwv::sfm

@@ -6,9 +6,12 @@
 
 namespace uwv::sfm {
 
-/// Poses `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC over
-/// minimal sets. False, and no pose, when fewer than `least` tracks or 30 % of them agree.
+/// The pose of `frame` from the points its tracks have: from a nearby camera's pose when that converges, else by RANSAC
+/// over minimal sets drawn by the seed. Empty when fewer than 10 tracks or 30 % of them agree.
+std::optional<Rigid3> find_pose(const Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame,
+                                double max_error_px, std::uint64_t seed);
+/// Gives the frame that pose, or none. True when there is one.
 bool resect(Reconstruction& reconstruction, const std::vector<Track>& tracks, int frame, double max_error_px,
-            int least = 10);
+            std::uint64_t seed);
 
 }  // namespace uwv::sfm

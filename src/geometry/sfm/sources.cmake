@@ -4,6 +4,7 @@ target_sources(uwv_geometry PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/feature_tracking.cpp
   ${CMAKE_CURRENT_LIST_DIR}/hypotheses.cpp
   ${CMAKE_CURRENT_LIST_DIR}/incremental.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/lens_check.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion_kind.cpp
   ${CMAKE_CURRENT_LIST_DIR}/resection.cpp
   ${CMAKE_CURRENT_LIST_DIR}/result.cpp

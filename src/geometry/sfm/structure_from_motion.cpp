@@ -9,7 +9,9 @@
 
 #include "geometry/sfm/feature_tracking.h"
 #include "geometry/sfm/hypotheses.h"
+#include "geometry/sfm/lens_check.h"
 #include "geometry/sfm/motion_kind.h"
+#include "geometry/sfm/resection.h"
 #include "geometry/sfm/result.h"
 #include "geometry/sfm/triangulation.h"
 #include "geometry/sfm/turning.h"
@@ -21,9 +23,14 @@ using namespace sfm;
 
 constexpr int least_matches = 20;        // fewer say nothing reliable about two frames
 constexpr int adjusted_per_frame = 300;  // long tracks; more raise the time of adjustment, hardly its accuracy
+constexpr int tried_per_frame = 200;     // the same while beginnings are compared
+constexpr int least_supported = 12;      // frames on which beginnings are compared, where there are so many
+constexpr int adjusted_frames = 24;      // at least; the others are placed by the adjusted points, as precisely
 constexpr double still_px = 0.75;        // tracks of a locked-off camera stray by less, compression included
-constexpr double clear_share = 0.25;     // of min_parallax_px: below, rotation explains all but noise
-constexpr double clear_multiple = 4;     // of min_parallax_px: above, even things that move by themselves are no excuse
+// A moving camera leaves next to nothing in its place: only what is drawn over the picture, or travels along.
+constexpr double standing_share = 0.25, standing_spread = 0.5;
+constexpr double clear_share = 0.25;  // of min_parallax_px: below, rotation explains all but noise
+constexpr double clear_multiple = 4;  // of min_parallax_px: above, even things that move by themselves are no excuse
 constexpr double convincing_share = 0.5;  // between, a moving camera must halve turning's misfit to be believed
 constexpr double assumed_fov_degrees = 60;
 
@@ -31,11 +38,9 @@ Intrinsics lens_of_fov(double degrees, Size size) {
   return Intrinsics::from_fov_x(degrees * std::numbers::pi / 180, size);
 }
 
-std::vector<Intrinsics> candidate_lenses(const SfmOptions& options, Size full, Size tracked,
-                                         std::initializer_list<double> fovs) {
-  if (options.intrinsics) return {options.intrinsics->resized(full, tracked)};
+std::vector<Intrinsics> lenses_of_fovs(std::initializer_list<double> fovs, Size size) {
   std::vector<Intrinsics> out;
-  for (const double fov : fovs) out.push_back(lens_of_fov(fov, tracked));
+  for (const double fov : fovs) out.push_back(lens_of_fov(fov, size));
   return out;
 }
 
@@ -78,11 +83,22 @@ std::vector<int> keyframes_of(const std::vector<Track>& tracks, int frames, Size
   return out;
 }
 
+/// The key frames and as many evenly spread ones as make up `least`: a slow camera has few key frames, and each
+/// averages the noise of the others.
+std::vector<int> supported(std::vector<int> keyframes, int frames, int least) {
+  if (static_cast<int>(keyframes.size()) >= least) return keyframes;
+  const int count = std::min(frames, least);
+  for (int i = 0; i < count; ++i) keyframes.push_back(count > 1 ? i * (frames - 1) / (count - 1) : 0);
+  std::sort(keyframes.begin(), keyframes.end());
+  keyframes.erase(std::unique(keyframes.begin(), keyframes.end()), keyframes.end());
+  return keyframes;
+}
+
 /// The job's parts: what the clip is, then what follows from it.
 class Job {
  public:
   Job(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool, Monitor& monitor)
-      : options_(options), monitor_(monitor), full_(frames.front().size()) {
+      : options_(options), pool_(pool), monitor_(monitor), full_(frames.front().size()) {
     clip_ = track_features(frames, options, pool, monitor);
     shot_ = longest_shot(clip_);
     tracks_ = tracks_of_shot(clip_, shot_.begin, shot_.end);
@@ -93,6 +109,8 @@ class Job {
 
   SfmResult result() {
     result_.cuts = clip_.cuts;
+    result_.in_shot.assign(static_cast<std::size_t>(clip_.frames), 0);
+    std::fill(result_.in_shot.begin() + shot_.begin, result_.in_shot.begin() + shot_.end, std::uint8_t{1});
     result_.focal_estimated = false;
     if (shot_.length() < 2) return still("no frame has a neighbour of the same shot, so nothing can have moved");
     const int matches = typical_matches(tracks_, shot_.length());
@@ -102,14 +120,19 @@ class Job {
     const double travel = travel_of(tracks_, shot_.length());
     if (travel < still_px)
       return still(fmt::format("half of the tracks stay within {:.2f} px of where they began", travel));
+    const Standing standing = standing_tracks(tracks_, std::min(shot_.length(), 10), still_px / 2, clip_.size);
+    if (standing.share > standing_share && standing.spread > standing_spread)
+      return still(
+          fmt::format("{:.0f} % of the tracks, in {:.0f} % of the picture, do not move; the others move by "
+                      "themselves",
+                      100 * standing.share, 100 * standing.spread));
     const std::vector<int> keyframes = keyframes_of(tracks_, shot_.length(), clip_.size);
     const std::vector<FramePair> pairs = pairs_of(tracks_, keyframes, least_matches);
     if (pairs.empty()) return indeterminate("no two frames apart share enough tracks");
-    const TurningFit turning =
-        fit_turning(tracks_, pairs, candidate_lenses(options_, full_, clip_.size, {25, 35, 45, 55, 65, 80, 100, 120}));
+    const TurningFit turning = fit_turning_of(pairs);
     result_.parallax_px = turning.parallax_px * scale();
     if (turning.parallax_px < clear_share * options_.min_parallax_px) return turned(rotations_of(turning));
-    const Outcome outcome = explore(keyframes, pairs);
+    const Outcome outcome = explore(supported(keyframes, shot_.length(), least_supported), pairs);
     if (turning.parallax_px < clear_multiple * options_.min_parallax_px) {
       const Reconstruction rotations = rotations_of(turning);
       const double limit = options_.max_error_px;
@@ -144,13 +167,36 @@ class Job {
     return std::move(result_);
   }
 
-  GrowOptions grow_options(const Intrinsics& prior) const {
-    return {options_.max_error_px, !options_.intrinsics, prior.fx};
+  GrowOptions grow_options(bool refine_focal) const {
+    return {options_.max_error_px, refine_focal, lens_of_fov(assumed_fov_degrees, clip_.size).fx, options_.seed};
+  }
+
+  /// Errors are told in pixels of the full picture, as all of the result's.
+  void doubt_lens(std::optional<LensDoubt> doubt) {
+    if (!doubt || result_.lens_doubt) return;
+    doubt->given_error_px *= scale();
+    doubt->seen_error_px *= scale();
+    result_.lens_doubt = doubt;
+    result_.notes.push_back(sentence_of(*doubt));
+  }
+
+  /// Whether turning explains the motion depends on the lens: a false one leaves what looks like parallax.
+  TurningFit fit_turning_of(const std::vector<FramePair>& pairs) {
+    const std::vector<Intrinsics> lenses = lenses_of_fovs({25, 35, 45, 55, 65, 80, 100, 120}, clip_.size);
+    const TurningFit free = refine_turning(tracks_, pairs, fit_turning(tracks_, pairs, lenses));
+    if (!options_.intrinsics) return free;
+    const Intrinsics given = options_.intrinsics->resized(full_, clip_.size);
+    const TurningFit fit = fit_turning(tracks_, pairs, std::vector<Intrinsics>{given});
+    if (free.parallax_px < clear_share * options_.min_parallax_px)
+      doubt_lens(doubt_of(LensFit{given, fit.parallax_px}, LensFit{free.lens, free.parallax_px}, clip_.size));
+    return fit;
   }
 
   Reconstruction rotations_of(const TurningFit& fit) {
     monitor_.step("cameras", 0, 1);
-    Reconstruction out = turn(used_, shot_.length(), fit.lens, grow_options(fit.lens));
+    GrowOptions options = grow_options(!options_.intrinsics);
+    options.focal_prior = fit.lens.fx;
+    Reconstruction out = turn(used_, shot_.length(), fit.lens, options);
     monitor_.step("bundle adjustment", 1, 1);
     return out;
   }
@@ -164,19 +210,63 @@ class Job {
     return std::move(result_);
   }
 
+  /// First those between which most lenses lie: beginnings from both sides that meet leave nothing to search.
+  Exploration exploration_of(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) const {
+    Exploration out;
+    if (options_.intrinsics)
+      out.guesses.push_back({options_.intrinsics->resized(full_, clip_.size), grow_options(!options_.intrinsics)});
+    out.first_guesses = out.guesses.size() + 2;
+    for (const double fov : {40, 85, 60, 110, 25})
+      out.guesses.push_back({lens_of_fov(fov, clip_.size), grow_options(true)});
+    out.keyframes = keyframes;
+    out.pairs = pairs;
+    out.size = clip_.size;
+    out.frames = shot_.length();
+    return out;
+  }
+
   Outcome explore(const std::vector<int>& keyframes, const std::vector<FramePair>& pairs) {
-    Exploration exploration;
-    exploration.lenses = candidate_lenses(options_, full_, clip_.size, {60, 40, 85, 110, 25});
-    exploration.grow = grow_options(lens_of_fov(assumed_fov_degrees, clip_.size));
-    exploration.size = clip_.size;
-    return reconstruct(used_, shot_.length(), keyframes, pairs, exploration, monitor_);
+    const std::vector<Track> few = thinned(tracks_, keyframes, tried_per_frame);
+    const Exploration exploration = exploration_of(keyframes, pairs);
+    const std::vector<Trial> trials = try_beginnings(few, exploration, pool_, monitor_);
+    const std::size_t all = exploration.guesses.size();
+    Outcome outcome = carry_on(few, exploration, trials, 0, options_.intrinsics ? 1 : all, monitor_);
+    if (options_.intrinsics && lens_is_suspect(trials, exploration.guesses.front().lens)) {
+      const Outcome free = carry_on(few, exploration, trials, 1, all, monitor_);
+      const double given_error = outcome.found ? std::sqrt(outcome.misfit) : options_.max_error_px;
+      if (free.found)
+        doubt_lens(doubt_of({exploration.guesses.front().lens, given_error},
+                            {free.reconstruction.lens, std::sqrt(free.misfit)}, clip_.size));
+    }
+    if (outcome.found) adjust_all(outcome.reconstruction);
+    return outcome;
+  }
+
+  /// The cameras found on few tracks carry over; the points are new, and so are some frames between.
+  void adjust_all(Reconstruction& reconstruction) {
+    monitor_.step("bundle adjustment", 0, 2);
+    const GrowOptions options = grow_options(!options_.intrinsics);
+    reconstruction.points.assign(used_.size(), std::nullopt);
+    triangulate_all(reconstruction, used_, options.max_error_px, min_ray_angle);
+    const auto wanted = std::min(adjusted_frames, shot_.length());
+    for (int i = 0; i < wanted; ++i) {
+      const int frame = wanted > 1 ? i * (shot_.length() - 1) / (wanted - 1) : 0;
+      if (!reconstruction.cam_from_world[static_cast<std::size_t>(frame)])
+        resect(reconstruction, used_, frame, options.max_error_px, options.seed);
+    }
+    monitor_.step("bundle adjustment", 1, 2);
+    settle(reconstruction, used_, options);
+    monitor_.step("bundle adjustment", 2, 2);
   }
 
   Placement placement() const { return {shot_.begin, clip_.frames, full_, clip_.size}; }
 
-  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted.
-  Reconstruction with_all_points(Reconstruction reconstruction) const {
+  /// The adjusted cameras with a point for every track that has one, not only for those that were adjusted, and from
+  /// these a pose for the frames that were not.
+  Reconstruction completed(Reconstruction reconstruction) const {
     reconstruction.points.assign(tracks_.size(), std::nullopt);
+    triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
+    place_others(reconstruction, tracks_, options_.max_error_px, options_.seed, pool_);
     triangulate_all(reconstruction, tracks_, options_.max_error_px, min_ray_angle);
     return reconstruction;
   }
@@ -187,13 +277,13 @@ class Job {
       return indeterminate(fmt::format(
           "tracks move, but no camera path{} explains them: {} beginnings tried, best residual {:.2f} of {:.2f} px",
           options_.intrinsics ? " through the given lens" : "", outcome.tried, std::sqrt(outcome.misfit), limit));
-    const auto posed = static_cast<int>(outcome.reconstruction.registered().size());
+    const Reconstruction all = completed(outcome.reconstruction);
+    const auto posed = static_cast<int>(all.registered().size());
     if (2 * posed < shot_.length())
       return indeterminate(fmt::format("only {} of {} frames could be placed", posed, shot_.length()));
     result_.motion = ClipMotion::moving;
     result_.focal_estimated = !options_.intrinsics;
-    fill_cameras(result_, outcome.reconstruction, placement());
-    const Reconstruction all = with_all_points(outcome.reconstruction);
+    fill_cameras(result_, all, placement());
     fill_errors(result_, all, tracks_, limit, scale());
     fill_points(result_, all, tracks_, limit, placement());
     result_.reason =
@@ -204,6 +294,7 @@ class Job {
   }
 
   const SfmOptions& options_;
+  ThreadPool& pool_;
   Monitor& monitor_;
   Size full_;
   TrackedClip clip_;

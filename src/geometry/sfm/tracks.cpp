@@ -2,6 +2,9 @@
 #include "geometry/sfm/tracks.h"
 
 #include <algorithm>
+#include <numeric>
+#include <random>
+#include <utility>
 
 namespace uwv::sfm {
 
@@ -23,6 +26,14 @@ std::vector<Track> tracks_of_shot(const TrackedClip& clip, int begin, int end) {
     out.push_back(track);
     out.back().first -= begin;
   }
+  return out;
+}
+
+std::vector<std::size_t> drawing_order(std::size_t count, std::uint64_t seed) {
+  std::vector<std::size_t> out(count);
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  std::mt19937_64 random(seed);
+  for (std::size_t i = count; i > 1; --i) std::swap(out[i - 1], out[random() % i]);
   return out;
 }
 

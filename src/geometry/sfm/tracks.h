@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "uwv/core/image.h"
@@ -36,6 +37,10 @@ PairMatches matches_between(const std::vector<Track>& tracks, int frame_a, int f
 
 /// The tracks inside [begin, end), renumbered so that `begin` is frame 0; those of one frame only are left out.
 std::vector<Track> tracks_of_shot(const TrackedClip& clip, int begin, int end);
+
+/// 0..count-1 in an order that depends on the seed alone. RANSAC draws its samples by place, always the same ones:
+/// lists given to it in this order make the draw the seed's.
+std::vector<std::size_t> drawing_order(std::size_t count, std::uint64_t seed);
 
 /// The middle value; of an empty list 0.
 double median(std::vector<double> values);

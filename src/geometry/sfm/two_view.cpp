@@ -14,11 +14,12 @@ Eigen::Matrix3d to_eigen(const cv::Mat& m) {
   return out;
 }
 
-/// Matches on the plane z = 1, where one lens fits all.
-std::vector<cv::Point2d> normalised(const std::vector<Eigen::Vector2d>& pixels, const Intrinsics& lens) {
+/// Matches, in the order given, on the plane z = 1, where one lens fits all.
+std::vector<cv::Point2d> normalised(const std::vector<Eigen::Vector2d>& pixels, std::span<const std::size_t> order,
+                                    const Intrinsics& lens) {
   std::vector<cv::Point2d> out;
-  for (const Eigen::Vector2d& p : pixels) {
-    const Eigen::Vector3d ray = unproject(lens, p, 1);
+  for (const std::size_t i : order) {
+    const Eigen::Vector3d ray = unproject(lens, pixels[i], 1);
     out.emplace_back(ray.x(), ray.y());
   }
   return out;
@@ -67,11 +68,12 @@ std::vector<FramePair> rank_pairs(const std::vector<Track>& tracks, std::span<co
 }
 
 std::vector<TwoViewStart> starts_of(const std::vector<Track>& tracks, const FramePair& pair, const Intrinsics& lens,
-                                    double max_error_px) {
+                                    double max_error_px, std::uint64_t seed) {
   const PairMatches matches = matches_between(tracks, pair.a, pair.b);
   std::vector<TwoViewStart> out;
   if (matches.size() < 12) return out;
-  const std::vector<cv::Point2d> a = normalised(matches.a, lens), b = normalised(matches.b, lens);
+  const std::vector<std::size_t> order = drawing_order(matches.size(), seed);
+  const std::vector<cv::Point2d> a = normalised(matches.a, order, lens), b = normalised(matches.b, order, lens);
   const double threshold = 0.5 * max_error_px / std::max(lens.fx, lens.fy);
   cv::Mat inliers;
   cv::Mat essential = cv::findEssentialMat(a, b, 1.0, {0, 0}, cv::RANSAC, 0.999, threshold, 300, inliers);

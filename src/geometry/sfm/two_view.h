@@ -15,8 +15,9 @@ struct TwoViewStart {
 /// Pairs worth starting from, best first: many common tracks whose shift rotation does not explain.
 std::vector<FramePair> rank_pairs(const std::vector<Track>& tracks, std::span<const FramePair> pairs,
                                   const Intrinsics& lens, Size size);
-/// What the pair's relative pose can be: the essential matrix's, and the homography's where it explains as much.
+/// What the pair's relative pose can be: the essential matrix's, and the homography's where it explains as much. The
+/// seed draws the samples both are chosen from.
 std::vector<TwoViewStart> starts_of(const std::vector<Track>& tracks, const FramePair& pair, const Intrinsics& lens,
-                                    double max_error_px);
+                                    double max_error_px, std::uint64_t seed);
 
 }  // namespace uwv::sfm

@@ -85,6 +85,85 @@ TEST_F(MovingDepthTest, PutsTheBallWhereItTouchesTheFloorAtAnyScale) {
   }
 }
 
+TEST_F(MovingDepthTest, ABallInTwoPartsIsOneObjectOnOneFoot) {
+  const OrbitingClip clip = ball(6, 1, 6);
+  std::vector<ValidityMask> masks = exact_masks(clip, 0);
+  for (std::size_t i = 0; i < masks.size(); ++i) {
+    // A band across the ball was not found to move.
+    int top = masks[i].height(), bottom = 0;
+    for (int y = 0; y < masks[i].height(); ++y)
+      for (int x = 0; x < masks[i].width(); ++x)
+        if (masks[i](x, y) == 0) top = std::min(top, y), bottom = std::max(bottom, y);
+    for (int y = (top + bottom) / 2 - 3; y < (top + bottom) / 2 + 3; ++y)
+      for (int x = 0; x < masks[i].width(); ++x) masks[i](x, y) = 1;
+  }
+  std::vector<FrameGeometry> geometry = forget_moving(clip.truth, masks);
+  const MovingDepthSummary summary = fill(clip, masks, geometry);
+  EXPECT_EQ(summary.objects.size(), 1U);
+  EXPECT_LT(mean_error(geometry, masks, clip, 0), 0.1);
+}
+
+TEST_F(MovingDepthTest, AMissingFootInEverySecondFrameDoesNotMakeTheObjectJump) {
+  const OrbitingClip clip = ball(6, 1, 10);
+  std::vector<ValidityMask> masks = exact_masks(clip, 0);
+  for (std::size_t i = 0; i < masks.size(); i += 2) {
+    int bottom = 0;
+    for (int y = 0; y < masks[i].height(); ++y)
+      for (int x = 0; x < masks[i].width(); ++x)
+        if (masks[i](x, y) == 0) bottom = std::max(bottom, y);
+    for (int y = bottom - 5; y <= bottom; ++y)
+      for (int x = 0; x < masks[i].width(); ++x) masks[i](x, y) = 1;
+  }
+  std::vector<FrameGeometry> geometry = clip.truth;
+  for (std::size_t i = 0; i < geometry.size(); ++i)
+    for (std::size_t p = 0; p < masks[i].pixels().size(); ++p)
+      if (clip.object[i].pixels()[p] == 0) geometry[i].depth.pixels()[p] = 0, geometry[i].confidence.pixels()[p] = 0;
+  const MovingDepthSummary summary = fill(clip, masks, geometry);
+  ASSERT_EQ(summary.objects.size(), 1U);
+  for (std::size_t i = 1; i < 10; ++i)
+    EXPECT_NEAR(summary.objects[0].depths[i] / summary.objects[0].depths[i - 1], 1, 0.02) << "frame " << i;
+}
+
+TEST_F(MovingDepthTest, GroundSeenSteeplyFromAboveIsKnownFromOtherFrames) {
+  // The camera nods from 20 to 75 degrees down, at a floor; a block of pixels stands on it.
+  StockOptions stock;
+  stock.size = {160, 120};
+  Camera camera;
+  camera.size = stock.size;
+  camera.intrinsics = Intrinsics::from_fov_x(1, stock.size);
+  std::vector<Camera> cameras;
+  std::vector<FrameGeometry> geometry;
+  std::vector<ValidityMask> masks;
+  constexpr int frames = 24;
+  for (int i = 0; i < frames; ++i) {
+    const double pitch = (20 + 55.0 * i / (frames - 1)) * 3.14159265358979 / 180;
+    camera.world_from_cam.rotation = Eigen::AngleAxisd(-pitch, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    cameras.push_back(camera);
+    FrameGeometry& frame = geometry.emplace_back(FrameGeometry{DepthMap(stock.size), ConfidenceMap(stock.size, 1.0F)});
+    ValidityMask& mask = masks.emplace_back(stock.size, std::uint8_t{1});
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < 160; ++x) {
+        const Eigen::Vector3d ray_in_world =
+            camera.world_from_cam.rotation * unproject(camera.intrinsics, {x + 0.5, y + 0.5}, 1.0);
+        frame.depth(x, y) = ray_in_world.y() > 0.05 ? static_cast<float>(1 / ray_in_world.y()) : 20.0F;
+        if (x >= 70 && x < 90 && y >= 40 && y < 80) mask(x, y) = 0;
+      }
+  }
+  const std::vector<FrameGeometry> truth = geometry;
+  for (std::size_t i = 0; i < geometry.size(); ++i)
+    for (std::size_t p = 0; p < masks[i].pixels().size(); ++p)
+      if (masks[i].pixels()[p] == 0) geometry[i].depth.pixels()[p] = 0;
+  const MovingDepthSummary summary = fill_moving_depth(std::vector<ImageRgb>(frames, ImageRgb(stock.size)), cameras,
+                                                       masks, {.smoothing = 0}, pool_, monitor_, geometry);
+  ASSERT_EQ(summary.objects.size(), 1U);
+  for (std::size_t i = 0; i < frames; ++i) {
+    EXPECT_EQ(summary.objects[0].sources[i], MovingDepthSource::contact) << "frame " << i;
+    EXPECT_NEAR(summary.objects[0].depths[i] / truth[i].depth(80, 79), 1, 0.03) << "frame " << i;
+    // Leaning is bounded: seen from above, its top does not come at the camera.
+    EXPECT_GT(geometry[i].depth(80, 40), 0.8 * summary.objects[0].depths[i]) << "frame " << i;
+  }
+}
+
 TEST_F(MovingDepthTest, ServesFoundMasksAsWellAsExactOnes) {
   const OrbitingClip clip = ball(3, 1, 5);
   const std::vector<ValidityMask> masks =
@@ -230,6 +309,7 @@ TEST_F(MovingDepthTest, WhatDoesNotFitTogetherIsRefused) {
   EXPECT_THROW(fill(clip, masks, geometry), std::invalid_argument);
   masks.pop_back();
   EXPECT_THROW(fill(clip, masks, geometry), std::invalid_argument);
+  EXPECT_THROW((MovingDepthOptions{.lean = -1}.check()), std::invalid_argument);
   EXPECT_THROW((MovingDepthOptions{.confidence = 0.5}.check()), std::invalid_argument);
 }
 
