@@ -14,6 +14,9 @@
 namespace uwv {
 namespace {
 
+/// Where depth steps, colours are mixed and measured depth is least sure; another view shows those places better.
+constexpr ReliabilityOptions away_from_edges{.enabled = true, .window = 3, .ratio = 0.1F, .count_padding = false};
+
 /// A view with what is derived from it once.
 struct PreparedView {
   OtherView view;
@@ -212,6 +215,7 @@ void OtherViews::add(OtherView view) {
   require(view.colour.size() == size && view.depth.size() == size && view.usable.size() == size,
           "view {}: colour, depth and mask do not all have its camera's size {}x{}", view.index, size.width,
           size.height);
+  intersect(view.usable, reliable_depth(view.depth, away_from_edges, state_->pool));
   PreparedView prepared{std::move(view), {}};
   limited_slopes_from_depth(prepared.view.depth, prepared.view.camera.intrinsics, state_->occlusion.slopes,
                             state_->pool, prepared.slopes);

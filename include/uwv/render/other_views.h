@@ -22,8 +22,9 @@ struct OtherView {
   long index = 0;  ///< Of the source frame; a view never fills the frame of its own index.
   Camera camera;   ///< In the world of the cameras that fill() is given.
   ImageRgb colour;
-  DepthMap depth;       ///< 0 = invalid.
-  ValidityMask usable;  ///< 1 = static and measured; all other points take no part.
+  DepthMap depth;  ///< 0 = invalid.
+  ValidityMask
+      usable;  ///< 1 = static and measured; all other points take no part, nor do those beside a step in depth.
 };
 
 struct OtherViewsOptions {
