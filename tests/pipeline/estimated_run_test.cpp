@@ -60,7 +60,7 @@ TEST_F(EstimatedRun, MeasuresDepthWhereTheCameraMoved) {
 }
 
 TEST_F(EstimatedRun, PlacesWhatMovesAndCompletesWhatItHides) {
-  film(moving_ball({.size = {320, 184}}), 11, 1.0, 0.1);
+  film(moving_ball({.size = {320, 184}}), 11, 1.5, 0.1);
   Monitor monitor;
   const nlohmann::ordered_json facts = run(options_, monitor).stages[0].facts;
   ASSERT_EQ(facts["provider"], "sfm") << facts.dump(1);
