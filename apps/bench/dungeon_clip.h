@@ -18,7 +18,7 @@ struct DungeonOptions {
   double travel = 1;  ///< The camera's way, as a multiple of a step of 2.8 units to the side and 0.9 forwards.
   bool figure = true;
   /// Units from the camera's way to the figure's, which is 1.7 tall: at 4 it takes a tenth of the picture, at 2 a
-  /// third.
+  /// third, at 1.4 a half.
   double figure_distance = 4;
   /// Throws std::invalid_argument when a value is out of range.
   void check() const;

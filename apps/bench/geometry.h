@@ -95,7 +95,8 @@ void add_cameras(Table& table, const FoundClip& clip, const BenchOptions& option
 /// Where the time goes, structure from motion and stereo with default options.
 Table stage_table(const TrueClip& clip, ThreadPool& pool);
 /// One option of multi-view stereo changed at a time, and some together, with true cameras; then all defaults with
-/// found cameras. Drawn into `options.plot` unless that is empty.
+/// found cameras. One factor is taken out of all depth: found scenes have a scale of their own, and a recording's poses
+/// may disagree with its depth by more than stereo errs. Drawn into `options.plot` unless that is empty.
 Table depth_table(const FoundClip& clip, const BenchOptions& options);
 /// Flicker of relative depth aligned by each way of smoothing. Empty where no cameras are found.
 Table alignment_flicker_table(const TrueClip& truth, ThreadPool& pool);

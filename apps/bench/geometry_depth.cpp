@@ -87,26 +87,22 @@ MvsMeasured measure_found(const FoundClip& clip, const SfmResult& cameras, int r
   const MovingPixels moving = find_moving_pixels(clip.truth.frames, cameras.cameras, {}, {}, clip.pool, monitor);
   MvsInput input{cameras.cameras, cameras.points, {}};
   if (moving.moving_share > GeometryPlanOptions{}.min_layer_motion) input.static_pixels = moving.static_pixels;
-  return measure_stereo(clip.truth, input, {}, 0, runs, clip.pool);  // a found scene has a scale of its own
+  return measure_stereo(clip.truth, input, {}, 0, runs, clip.pool);
 }
 
 const std::vector<std::string>& depth_columns() {
-  static const std::vector<std::string> columns{"abs_rel", "abs_rel_measured", "delta_125", "edge_f",     "flicker",
-                                                "known",   "measured",         "seconds",   "cpu_s_frame"};
+  static const std::vector<std::string> columns{"abs_rel", "abs_rel_measured", "delta_125", "edge_f",  "flicker",
+                                                "known",   "measured",         "scale",     "seconds", "cpu_s_frame"};
   return columns;
 }
 
 std::vector<nlohmann::ordered_json> depth_figures(const MvsMeasured& measured, std::size_t frames) {
   const DepthScore& score = measured.score;
-  return {figure(score.abs_rel),
-          figure(score.measured_abs_rel),
-          figure(score.delta_125),
-          figure(score.edge_f),
-          figure(score.flicker),
-          figure(score.known),
-          figure(score.measured),
-          measured.seconds,
-          measured.processor_seconds / static_cast<double>(frames)};
+  return {figure(score.abs_rel),   figure(score.measured_abs_rel),
+          figure(score.delta_125), figure(score.edge_f),
+          figure(score.flicker),   figure(score.known),
+          figure(score.measured),  figure(score.scale),
+          measured.seconds,        measured.processor_seconds / static_cast<double>(frames)};
 }
 
 Table depth_table(const FoundClip& clip, const BenchOptions& options) {
@@ -126,7 +122,7 @@ Table depth_table(const FoundClip& clip, const BenchOptions& options) {
   Front front;
   for (const MvsVariant& variant : variants()) {
     const MvsMeasured measured = measure_stereo(clip.truth, {clip.truth.cameras, points, clip.truth.static_pixels},
-                                                variant.options, 1, options.mvs_runs, clip.pool);
+                                                variant.options, 0, options.mvs_runs, clip.pool);
     add("true", variant.name, measured);
     if (variant.options.complete) front.add(variant.name, measured, frames);
   }

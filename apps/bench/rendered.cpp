@@ -71,12 +71,13 @@ std::vector<Table> rendered_clips(const BenchOptions& options) {
   columns.insert(columns.end(), depth_columns().begin(), depth_columns().end());
   Table depth("depth of rendered clips", columns);
   for (const Case& each : chosen_cases(options)) {
+    fmt::print(stderr, "{}: {} frames\n", each.name, each.clip.frames);  // COLMAP makes one wait
     const TrueClip truth = render_clip(dungeon_clip(options.models, options.size, each.clip), each.name, pool);
     const FoundClip found = find_cameras(truth, pool);
     add_cameras(cameras, found, options);
     const std::vector<ScenePoint> points = true_points(truth);
     add_depth(depth, found, "true",
-              measure_stereo(truth, {truth.cameras, points, truth.static_pixels}, {}, 1, options.mvs_runs, pool));
+              measure_stereo(truth, {truth.cameras, points, truth.static_pixels}, {}, 0, options.mvs_runs, pool));
     if (found.own_focal.result.motion == ClipMotion::moving)
       add_depth(depth, found, "own focal", measure_found(found, found.own_focal.result, options.mvs_runs));
     else

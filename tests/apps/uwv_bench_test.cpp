@@ -173,6 +173,8 @@ TEST_F(UwvBench, SaysWhatIsWrongWithClips) {
   const Outcome clip = bench({"clip", "--models", "none", "--out", "hall"});
   EXPECT_EQ(clip.exit_code, 2);
   EXPECT_THAT(clip.err, HasSubstr("none/kaykit_dungeon_CC0/gltf/"));
+  EXPECT_THAT(bench({"clip", "--models", "none", "--out", "hall", "--texture", "2"}).err,
+              HasSubstr("texture 2 is outside 0..1"));
   const Outcome found = bench({"geometry", "--recording", "nowhere"});
   EXPECT_EQ(found.exit_code, 2);
   EXPECT_THAT(found.err, HasSubstr("nowhere: holds none of cameras.json"));
