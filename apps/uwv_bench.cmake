@@ -6,10 +6,12 @@ add_executable(uwv_bench
   bench/child_process.cpp
   bench/colmap.cpp
   bench/alignment_accuracy.cpp
+  bench/alignment_flicker.cpp
   bench/depth_width.cpp
   bench/dungeon_clip.cpp
   bench/geometry.cpp
   bench/geometry_camera_options.cpp
+  bench/geometry_cameras.cpp
   bench/geometry_choices.cpp
   bench/geometry_depth.cpp
   bench/geometry_moving.cpp
@@ -21,6 +23,7 @@ add_executable(uwv_bench
   bench/real_pairs.cpp
   bench/real_views.cpp
   bench/render_speed.cpp
+  bench/rendered.cpp
   bench/resolution_accuracy.cpp
   bench/save_clip.cpp
   bench/save_scene.cpp

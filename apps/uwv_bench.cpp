@@ -50,6 +50,8 @@ class CommandLine {
     runs_flag(alignment);
     size_flags(alignment);
     alignment.add_option("--scene", options_.scene, "Stock scene whose depth is aligned")->capture_default_str();
+    alignment.add_option("--recording", options_.recording, "Also the flicker of this recording; as for geometry");
+    range_flags(alignment);
 
     CLI::App& scene = subcommand(
         app, "scene",
@@ -62,10 +64,8 @@ class CommandLine {
         app, "geometry",
         "Cameras and depth found from pictures, against the truth; example: uwv_bench geometry --recording hall",
         geometry);
-    frames_flag(found);
+    range_flags(found);
     found.add_option("--recording", options_.recording, "Folder of a clip with known cameras and depth")->required();
-    found.add_option("--start", options_.start, "First frame of the recording to take")->capture_default_str();
-    found.add_option("--stride", options_.stride, "Take every so many-th frame")->capture_default_str();
     found.add_option("--tables", options_.tables, "Which of cameras,depth,stages,views; or camera_options, choices")
         ->delimiter(',')
         ->capture_default_str();
@@ -75,9 +75,7 @@ class CommandLine {
     found.add_flag("--no-resize", options_.no_resize, "Pictures at their own size, not at the one uwv_app works at");
     mvs_runs_flag(found);
     found.add_option("--plot", options_.plot, "Also show speed and accuracy of the depth table in this SVG file");
-    found.add_option("--colmap", options_.colmap_folder, "Also run COLMAP, in this folder");
-    found.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")
-        ->capture_default_str();
+    colmap_flags(found);
 
     CLI::App& stereo = subcommand(
         app, "stereo", "Depth of stereo pairs by clips' matcher; example: uwv_bench stereo --stereo .cache/demo",
@@ -93,14 +91,27 @@ class CommandLine {
         moving);
     size_flags(moves);
 
+    CLI::App& rendered = subcommand(
+        app, "rendered", "Cameras and depth of easy and hard rendered clips; example: uwv_bench rendered --models DIR",
+        rendered_clips);
+    size_flags(rendered);
+    frames_flag(rendered);
+    models_flag(rendered);
+    rendered.add_option("--cases", options_.cases, "Which clips; all unless given")->delimiter(',');
+    mvs_runs_flag(rendered);
+    colmap_flags(rendered);
+
     CLI::App& clip = subcommand(
         app, "clip", "Saves a clip of a hall with exact truth; example: uwv_bench clip --models DIR --out hall",
         save_clip);
     size_flags(clip);
     frames_flag(clip);
-    clip.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")
-        ->required();
+    models_flag(clip);
     clip.add_flag("--figure,!--no-figure", options_.figure, "A figure walks through the picture");
+    clip.add_option("--figure-distance", options_.figure_distance, "Units from camera to figure; 2 fills a third")
+        ->capture_default_str();
+    clip.add_option("--texture", options_.texture, "How much texture the models have, 0 to 1")->capture_default_str();
+    clip.add_option("--travel", options_.travel, "How far the camera goes; 1 = three units")->capture_default_str();
     clip.add_option("--out", options_.out, "Folder to save into")->required();
   }
 
@@ -137,6 +148,16 @@ class CommandLine {
     sub.add_option("--runs", options_.runs, "Measured runs a figure; the median is reported")->capture_default_str();
   }
 
+  void models_flag(CLI::App& sub) {
+    sub.add_option("--models", options_.models, "Folder with kaykit_dungeon_CC0 and kaykit_adventurers_CC0")
+        ->required();
+  }
+
+  void colmap_flags(CLI::App& sub) {
+    sub.add_option("--colmap", options_.colmap_folder, "Also run COLMAP, in this folder");
+    sub.add_option("--colmap-patience", options_.colmap_patience, "Seconds for a run of COLMAP")->capture_default_str();
+  }
+
   void mvs_runs_flag(CLI::App& sub) {
     sub.add_option("--mvs-runs", options_.mvs_runs, "Runs of each option of stereo; the median time is reported")
         ->capture_default_str();
@@ -144,6 +165,12 @@ class CommandLine {
 
   void frames_flag(CLI::App& sub) {
     sub.add_option("--frames", options_.frames, "Frames of the clip, at most")->capture_default_str();
+  }
+
+  void range_flags(CLI::App& sub) {
+    frames_flag(sub);
+    sub.add_option("--start", options_.start, "First frame of the recording to take")->capture_default_str();
+    sub.add_option("--stride", options_.stride, "Take every so many-th frame")->capture_default_str();
   }
 
   void size_flags(CLI::App& sub) {

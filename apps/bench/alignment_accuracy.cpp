@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What aligning relative depth costs and how near it comes to the truth: losses and shares of samples on one frame,
-// ways of smoothing on a clip whose reference flickers.
+// ways of smoothing on a clip whose reference flickers, and
+// on a recording.
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "bench/accuracy.h"
+#include "bench/geometry.h"
 #include "bench/timing.h"
 #include "uwv/geometry/depth_alignment.h"
 
@@ -138,7 +140,16 @@ Table clips(const BenchOptions& options, ThreadPool& pool) {
 std::vector<Table> alignment_accuracy(const BenchOptions& options) {
   options.check();
   ThreadPool pool(options.threads);
-  return {one_frame(options, pool), clips(options, pool)};
+  std::vector<Table> tables{one_frame(options, pool), clips(options, pool)};
+  if (options.recording.empty()) {
+    fmt::print("flicker of a real clip left out: no recording given with --recording\n");
+    return tables;
+  }
+  ResizePolicy own_size;
+  own_size.mode = ResizePolicy::Mode::none;
+  tables.push_back(alignment_flicker_table(
+      read_true_clip(options.recording, {options.start, options.stride, options.frames}, own_size), pool));
+  return tables;
 }
 
 }  // namespace uwv::bench

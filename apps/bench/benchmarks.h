@@ -31,6 +31,7 @@ struct BenchOptions {
   std::string models;  ///< Folder of the models.
   int frames = 81;     ///< Of the clip to be made; of a recording, at most so many are taken.
   bool figure = true;  ///< A figure walks through the clip.
+  double texture = 0.4, travel = 1, figure_distance = 4;  ///< See DungeonOptions.
 
   // Cameras and depth from pictures; see geometry.h and stereo_pairs.h.
   std::string recording;       ///< Folder of a clip with known cameras and depth; see true_clip.h.
@@ -38,6 +39,7 @@ struct BenchOptions {
   std::vector<std::string> tables{"cameras", "depth", "stages", "views"};  ///< Which to make.
   int mvs_runs = 1;                                                        ///< Of each option of multi-view stereo.
   std::vector<std::string> stereo;                                         ///< Folders of stereo pairs.
+  std::vector<std::string> cases;                                          ///< Which rendered clips; empty = all.
   std::string colmap_folder;     ///< Also run COLMAP, which works there; empty = left out.
   double colmap_patience = 600;  ///< Seconds for each of its runs.
 
@@ -70,6 +72,9 @@ std::vector<Table> stereo_depth(const BenchOptions& options);
 
 /// What moves before a moving camera, and the background behind it, against a synthetic scene.
 std::vector<Table> moving(const BenchOptions& options);
+
+/// Cameras and depth of clips rendered from models, from easy to hopeless, ours and COLMAP's.
+std::vector<Table> rendered_clips(const BenchOptions& options);
 
 /// Saves a clip rendered from models with all that is true about it: image/*.png and clip.mp4, depth.npz (scene units),
 /// cameras.json, and foreground/*.png, white where the figure is.

@@ -11,6 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double degree = std::numbers::pi / 180;
+constexpr double camera_z = -1.2;  // where its way begins
 
 /// Shortest wave of the clouds: 7 pixels of an 832 pixels wide picture 6 units away, enough not to flicker.
 constexpr double cloud_period = 0.06;
@@ -23,7 +24,7 @@ Rigid3 standing(const Vector3d& x_in_world, double yaw) {
 
 class Hall {
  public:
-  explicit Hall(std::string models) : models_(std::move(models)) {}
+  Hall(std::string models, double texture) : models_(std::move(models)), texture_(texture) {}
 
   MeshInstance& put(const std::string& piece, const Vector3d& x_in_world, double yaw_degrees) {
     MeshInstance instance;
@@ -52,6 +53,7 @@ class Hall {
     const double fine = cloud_period / instance.scale, coarse = 2.7 * fine;
     instance.details = {Texture::noise({0.5F, 0.5F, 0.5F}, fine, seed),
                         Texture::noise({0.5F, 0.5F, 0.5F}, coarse, seed + 1)};
+    instance.detail_strength = texture_;
     instances_.push_back(std::move(instance));
     return instances_.back();
   }
@@ -65,6 +67,7 @@ class Hall {
   }
 
   std::string models_;
+  double texture_;
   std::map<std::string, MeshModel> read_;
   std::vector<MeshInstance> instances_;
 };
@@ -102,10 +105,12 @@ void furnish(Hall& hall) {
 }
 
 /// Walks across the picture from left to right.
-void animate(MeshInstance& figure) {
+void animate(MeshInstance& figure, double distance) {
   figure.animation = "Walking_A";
   constexpr double speed = 1.0;  // units a second: the animation's own stride at this scale
-  figure.motion = [](double time) { return standing({-2.4 + speed * time, 0, 3.6}, 90 * degree); };
+  figure.motion = [distance](double time) {
+    return standing({-0.6 * distance + speed * time, 0, camera_z + distance}, 90 * degree);
+  };
 }
 
 Rigid3 looking_at(const Vector3d& from, const Vector3d& at, double roll) {
@@ -125,31 +130,63 @@ double sway(double time, double period, double phase) {
 }
 
 /// A step to the side and a little forwards in an arc, eyes on the middle of the hall.
-Rigid3 camera_at(double share, double time) {
+Rigid3 camera_at(double share, double time, double travel) {
   const double side = -1.4 + 2.8 * share;
-  const Vector3d from(side + 0.03 * sway(time, 1.7, 0.3), -1.7 + 0.03 * sway(time, 1.1, 1.1),
-                      -1.2 + 0.9 * share + 0.25 * std::sin(std::numbers::pi * share) + 0.02 * sway(time, 2.3, 2.0));
+  const Vector3d step(side + 0.03 * sway(time, 1.7, 0.3), 0.03 * sway(time, 1.1, 1.1),
+                      0.9 * share + 0.25 * std::sin(std::numbers::pi * share) + 0.02 * sway(time, 2.3, 2.0));
+  const Vector3d from = Vector3d(0, -1.7, camera_z) + travel * step;
   const Vector3d at(-0.3 + 0.5 * share + 0.06 * sway(time, 1.3, 0.7), -1.1 + 0.05 * sway(time, 1.9, 2.6), 6.5);
   return looking_at(from, at, 0.4 * degree * sway(time, 1.5, 1.9));
 }
 
 }  // namespace
 
-DungeonClip dungeon_clip(const std::string& models, Size size, int frames, bool with_figure) {
-  Hall hall(models);
+void DungeonOptions::check() const {
+  require(frames >= 1, "frames {} is below 1", frames);
+  require(texture >= 0 && texture <= 1, "texture {} is outside 0..1", texture);
+  require(travel >= 0 && travel <= 3, "travel {} is outside 0..3", travel);
+  require(figure_distance >= 1 && figure_distance <= 9, "figure_distance {} is outside 1..9", figure_distance);
+}
+
+DungeonClip dungeon_clip(const std::string& models, Size size, const DungeonOptions& options) {
+  options.check();
+  Hall hall(models, options.texture);
   DungeonClip clip;
   build_walls(hall);
   furnish(hall);
-  if (with_figure) {
+  if (options.figure) {
     clip.figure = hall.count();
-    animate(hall.put_figure());
+    animate(hall.put_figure(), options.figure_distance);
   }
   clip.scene = hall.take();
-  for (int i = 0; i < frames; ++i) {
-    const double share = frames > 1 ? static_cast<double>(i) / (frames - 1) : 0;
-    clip.cameras.push_back({Intrinsics::from_fov_x(62 * degree, size), camera_at(share, i / clip.fps), size});
+  for (int i = 0; i < options.frames; ++i) {
+    const double share = options.frames > 1 ? static_cast<double>(i) / (options.frames - 1) : 0;
+    clip.cameras.push_back(
+        {Intrinsics::from_fov_x(62 * degree, size), camera_at(share, i / clip.fps, options.travel), size});
   }
   return clip;
+}
+
+SyntheticFrame render_frame(const DungeonClip& clip, int frame, ThreadPool& pool) {
+  constexpr int rays = 2;  // a side
+  return render(clip.scene, clip.cameras.at(static_cast<std::size_t>(frame)), frame / clip.fps, pool, rays);
+}
+
+TrueClip render_clip(const DungeonClip& clip, const std::string& name, ThreadPool& pool) {
+  TrueClip out;
+  out.name = name;
+  out.cameras = clip.cameras;
+  for (int i = 0; i < static_cast<int>(clip.cameras.size()); ++i) {
+    SyntheticFrame frame = render_frame(clip, i, pool);
+    out.frames.push_back(std::move(frame.colour));
+    out.depths.push_back(std::move(frame.depth));
+    if (clip.figure < 0) continue;
+    ValidityMask at_rest(out.depths.back().size(), 1);
+    for (std::size_t p = 0; p < at_rest.pixels().size(); ++p)
+      at_rest.pixels()[p] = frame.object.pixels()[p] != clip.figure;
+    out.static_pixels.push_back(std::move(at_rest));
+  }
+  return out;
 }
 
 }  // namespace uwv::bench

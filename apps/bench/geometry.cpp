@@ -8,57 +8,29 @@
 #include <cstdlib>
 #include <thread>
 
-#include "bench/colmap.h"
 #include "bench/timing.h"
 
 namespace uwv::bench {
 namespace {
 
-/// Programs that wanted a processor during the last minute, on average: who else was at work.
-double machine_load() {
-  double load = 0;
-  return ::getloadavg(&load, 1) == 1 ? load : std::nan("");
-}
-
 bool wanted(const BenchOptions& options, const char* table) {
   return std::find(options.tables.begin(), options.tables.end(), table) != options.tables.end();
 }
 
-FoundCameras find_cameras(const TrueClip& clip, bool known_focal, ThreadPool& pool, Monitor& monitor) {
-  SfmOptions options;
-  if (known_focal) options.intrinsics = clip.cameras.front().intrinsics;
-  const Stopwatch watch;
-  SfmResult found = structure_from_motion(clip.frames, options, pool, monitor);
-  return {std::move(found), watch.processor_seconds()};
-}
-
-void add_cameras(Table& table, const std::string& method, const std::string& result, const CameraScore& score,
-                 double rms_px, double seconds, double processor_seconds) {
-  table.add({method, result, score.cameras, figure(score.ate), figure(score.ate_percent), figure(score.rotation_deg),
-             figure(score.focal_percent), figure(rms_px), seconds, processor_seconds});
-}
-
-void add_ours(Table& table, const std::string& method, const FoundCameras& found, const TrueClip& truth) {
-  const SfmResult& result = found.result;
-  add_cameras(table, method, std::string(to_string(result.motion)),
-              score_cameras(result.cameras, result.registered, truth.cameras), result.rms_error_px, result.seconds,
-              found.processor_seconds);
-  if (result.motion != ClipMotion::moving) fmt::print("{}, {}: {}\n", truth.name, method, result.reason);
-}
-
-void add_colmap(Table& table, const TrueClip& truth, bool known_focal, const BenchOptions& options) {
-  ColmapOptions colmap;
-  if (known_focal) colmap.intrinsics = truth.cameras.front().intrinsics;
-  colmap.threads = options.threads;
-  colmap.patience_seconds = options.colmap_patience;
-  const ColmapResult found = run_colmap(truth.frames, options.colmap_folder, colmap);
-  add_cameras(table, known_focal ? "COLMAP, known focal" : "COLMAP, own focal",
-              found.failure.empty() ? fmt::format("{} points", found.points) : found.failure,
-              score_cameras(found.cameras, found.registered, truth.cameras), std::nan(""), found.seconds,
-              found.processor_seconds);
-}
-
 }  // namespace
+
+Machine::Machine(const ThreadPool& pool) : threads_(pool.size()), load_before_(load()) {}
+
+double Machine::load() {
+  double load = 0;
+  return ::getloadavg(&load, 1) == 1 ? load : std::nan("");
+}
+
+Table Machine::table() const {
+  Table table("machine", {"processors", "threads", "load_before", "load_after"});
+  table.add({std::thread::hardware_concurrency(), threads_, figure(load_before_), figure(load())});
+  return table;
+}
 
 bool StageClock::progress(std::string_view stage, long, long) {
   const auto now = std::chrono::steady_clock::now();
@@ -100,18 +72,6 @@ std::vector<ScenePoint> true_points(const TrueClip& clip) {
   return points;
 }
 
-Table camera_table(const FoundClip& clip, const BenchOptions& options) {
-  Table table("cameras of " + clip.truth.name, {"method", "result", "cameras", "ate", "ate_%", "rotation_deg",
-                                                "focal_%", "rms_px", "seconds", "cpu_seconds"});
-  add_ours(table, "known focal", clip.known_focal, clip.truth);
-  add_ours(table, "own focal", clip.own_focal, clip.truth);
-  if (!options.colmap_folder.empty())
-    for (const bool known : {true, false}) add_colmap(table, clip.truth, known, options);
-  else
-    fmt::print("COLMAP left out: no folder for it to work in was given with --colmap\n");
-  return table;
-}
-
 Table stage_table(const TrueClip& clip, ThreadPool& pool) {
   Table table(fmt::format("stages of {}, {} frames of {}x{}", clip.name, clip.frames.size(),
                           clip.frames.front().width(), clip.frames.front().height()),
@@ -121,7 +81,7 @@ Table stage_table(const TrueClip& clip, ThreadPool& pool) {
     table.add({part, "all", seconds});
   };
   StageClock motion_clock;
-  const SfmResult found = find_cameras(clip, false, pool, motion_clock).result;
+  const SfmResult found = structure_from_motion(clip.frames, {}, pool, motion_clock);
   add("structure from motion", motion_clock, found.seconds);
   if (found.motion != ClipMotion::moving) return table;
   StageClock stereo_clock;
@@ -146,24 +106,24 @@ std::vector<Table> geometry(const BenchOptions& options) {
   ResizePolicy resize;
   if (options.no_resize) resize.mode = ResizePolicy::Mode::none;
   ThreadPool pool(options.threads);
-  Monitor monitor;
   const TrueClip truth = read_true_clip(options.recording, {options.start, options.stride, options.frames}, resize);
-  Table machine("machine", {"processors", "threads", "load_before", "load_after"});
-  const double load_before = machine_load();
+  const Machine machine(pool);
   std::vector<Table> tables;
   if (wanted(options, "camera_options")) tables.push_back(camera_option_table(truth, pool));
   if (wanted(options, "stages")) tables.push_back(stage_table(truth, pool));
   if (wanted(options, "choices"))
     for (Table& table : choice_tables(truth, options, pool)) tables.push_back(std::move(table));
   if (wanted(options, "cameras") || wanted(options, "depth") || wanted(options, "views")) {
-    const FoundClip found{truth, pool, find_cameras(truth, true, pool, monitor),
-                          find_cameras(truth, false, pool, monitor)};
-    if (wanted(options, "cameras")) tables.push_back(camera_table(found, options));
+    const FoundClip found = find_cameras(truth, pool);
+    if (wanted(options, "cameras")) {
+      Table cameras = camera_table("cameras of " + truth.name);
+      add_cameras(cameras, found, options);
+      tables.push_back(std::move(cameras));
+    }
     if (wanted(options, "depth")) tables.push_back(depth_table(found, options));
     if (wanted(options, "views")) tables.push_back(view_table(found, options));
   }
-  machine.add({std::thread::hardware_concurrency(), pool.size(), figure(load_before), figure(machine_load())});
-  tables.push_back(machine);
+  tables.push_back(machine.table());
   return tables;
 }
 

@@ -2,6 +2,8 @@
 #include "bench/geometry.h"
 #include "bench/plot.h"
 #include "bench/timing.h"
+#include "uwv/geometry/moving_objects.h"
+#include "uwv/geometry/scene_profile.h"
 
 namespace uwv::bench {
 namespace {
@@ -61,15 +63,16 @@ std::vector<FrameGeometry> as_found(const std::vector<DepthMap>& depths) {
 
 }  // namespace
 
-MvsMeasured measure_stereo(const TrueClip& clip, std::span<const Camera> cameras, std::span<const ScenePoint> points,
-                           const MvsOptions& options, double scale, int runs, ThreadPool& pool) {
+MvsMeasured measure_stereo(const TrueClip& clip, const MvsInput& input, const MvsOptions& options, double scale,
+                           int runs, ThreadPool& pool) {
   MvsMeasured out;
   std::vector<FrameGeometry> found;
   std::vector<double> seconds, processor;
   Monitor monitor;
   for (int i = 0; i < runs; ++i) {
     const Stopwatch watch;
-    out.summary = multi_view_stereo(clip.frames, cameras, points, clip.static_pixels, options, pool, monitor, found);
+    out.summary =
+        multi_view_stereo(clip.frames, input.cameras, input.points, input.static_pixels, options, pool, monitor, found);
     seconds.push_back(watch.seconds());
     processor.push_back(watch.processor_seconds());
   }
@@ -79,23 +82,27 @@ MvsMeasured measure_stereo(const TrueClip& clip, std::span<const Camera> cameras
   return out;
 }
 
+MvsMeasured measure_found(const FoundClip& clip, const SfmResult& cameras, int runs) {
+  Monitor monitor;
+  const MovingPixels moving = find_moving_pixels(clip.truth.frames, cameras.cameras, {}, {}, clip.pool, monitor);
+  MvsInput input{cameras.cameras, cameras.points, {}};
+  if (moving.moving_share > GeometryPlanOptions{}.min_layer_motion) input.static_pixels = moving.static_pixels;
+  return measure_stereo(clip.truth, input, {}, 0, runs, clip.pool);
+}
+
 const std::vector<std::string>& depth_columns() {
-  static const std::vector<std::string> columns{"abs_rel", "abs_rel_measured", "delta_125", "edge_f",     "flicker",
-                                                "known",   "measured",         "seconds",   "cpu_s_frame"};
+  static const std::vector<std::string> columns{"abs_rel", "abs_rel_measured", "delta_125", "edge_f",  "flicker",
+                                                "known",   "measured",         "scale",     "seconds", "cpu_s_frame"};
   return columns;
 }
 
 std::vector<nlohmann::ordered_json> depth_figures(const MvsMeasured& measured, std::size_t frames) {
   const DepthScore& score = measured.score;
-  return {figure(score.abs_rel),
-          figure(score.measured_abs_rel),
-          figure(score.delta_125),
-          figure(score.edge_f),
-          figure(score.flicker),
-          figure(score.known),
-          figure(score.measured),
-          measured.seconds,
-          measured.processor_seconds / static_cast<double>(frames)};
+  return {figure(score.abs_rel),   figure(score.measured_abs_rel),
+          figure(score.delta_125), figure(score.edge_f),
+          figure(score.flicker),   figure(score.known),
+          figure(score.measured),  figure(score.scale),
+          measured.seconds,        measured.processor_seconds / static_cast<double>(frames)};
 }
 
 Table depth_table(const FoundClip& clip, const BenchOptions& options) {
@@ -114,16 +121,15 @@ Table depth_table(const FoundClip& clip, const BenchOptions& options) {
   const std::vector<ScenePoint> points = true_points(clip.truth);
   Front front;
   for (const MvsVariant& variant : variants()) {
-    const MvsMeasured measured =
-        measure_stereo(clip.truth, clip.truth.cameras, points, variant.options, 1, options.mvs_runs, clip.pool);
+    const MvsMeasured measured = measure_stereo(clip.truth, {clip.truth.cameras, points, clip.truth.static_pixels},
+                                                variant.options, 0, options.mvs_runs, clip.pool);
     add("true", variant.name, measured);
     if (variant.options.complete) front.add(variant.name, measured, frames);
   }
   if (!options.plot.empty()) front.write(options.plot);
-  // A found scene has a scale of its own.
   const auto add_found = [&](const char* name, const SfmResult& found) {
     if (found.motion == ClipMotion::moving)
-      add(name, "default", measure_stereo(clip.truth, found.cameras, found.points, {}, 0, options.mvs_runs, clip.pool));
+      add(name, "default", measure_found(clip, found, options.mvs_runs));
     else
       fmt::print("depth with cameras of {} left out: {}\n", name, found.reason);
   };

@@ -30,10 +30,11 @@ ImageRgb figure_picture(const Image<std::int32_t>& object, int figure) {
 
 std::vector<Table> save_clip(const BenchOptions& options) {
   options.check();
-  require(options.frames >= 1, "--frames must be at least 1, not {}", options.frames);
   const std::filesystem::path folder = options.out;
   make_folder(folder / "image");
-  const DungeonClip clip = dungeon_clip(options.models, options.size, options.frames, options.figure);
+  const DungeonClip clip =
+      dungeon_clip(options.models, options.size,
+                   {options.frames, options.texture, options.travel, options.figure, options.figure_distance});
   if (clip.figure >= 0) make_folder(folder / "foreground");
 
   ThreadPool pool(options.threads);
@@ -46,8 +47,7 @@ std::vector<Table> save_clip(const BenchOptions& options) {
   for (int i = 0; i < options.frames; ++i) {
     const Camera& camera = clip.cameras[static_cast<std::size_t>(i)];
     const double time = i / clip.fps;
-    constexpr int rays = 2;  // a side
-    const SyntheticFrame frame = render(clip.scene, camera, time, pool, rays);
+    const SyntheticFrame frame = render_frame(clip, i, pool);
     const std::string name = fmt::format("{:05}.png", i);
     write_png((folder / "image" / name).string(), frame.colour);
     if (clip.figure >= 0) {

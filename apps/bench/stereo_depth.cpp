@@ -38,7 +38,7 @@ std::vector<Table> stereo_depth(const BenchOptions& options) {
     for (const MvsVariant& variant : variants()) {
       std::vector<nlohmann::ordered_json> row{clip.name, fmt::format("{}x{}", size.width, size.height), variant.name};
       const MvsMeasured measured =
-          measure_stereo(clip, clip.cameras, points, variant.options, 1, options.mvs_runs, pool);
+          measure_stereo(clip, {clip.cameras, points, {}}, variant.options, 1, options.mvs_runs, pool);
       for (auto& value : depth_figures(measured, clip.frames.size())) row.push_back(std::move(value));
       table.add(row);
     }

@@ -68,7 +68,9 @@ class PosedScene {
     }
     if (!instance.details.empty()) {
       const Vector3d x_at_rest = between(model.rest());
-      for (const Texture& detail : instance.details) colour = colour.cwiseProduct(2 * detail.at(x_at_rest));
+      const auto strength = static_cast<float>(instance.detail_strength);
+      for (const Texture& detail : instance.details)
+        colour = colour.cwiseProduct(Colour::Ones() + strength * (2 * detail.at(x_at_rest) - Colour::Ones()));
     }
     return colour * origin.light;
   }

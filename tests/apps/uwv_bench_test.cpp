@@ -34,17 +34,19 @@ class UwvBench : public testing::Test {
   }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(folder_.read(name)); }
 
-  /// A recording in the layout --rgbd reads: the ball scene from its own camera and from 15 degrees to the side.
-  void make_recording(const std::string& name) const {
+  /// A recording in the layout --rgbd reads: the ball scene from its own camera and then ever further to the side.
+  void make_recording(const std::string& name, int frames = 2, double degrees = 15) const {
     constexpr Size size{160, 120};
     const fs::path root = folder_.file(name);
     for (const char* part : {"image", "depth", "test_scene"}) fs::create_directories(root / part);
     ThreadPool pool(2);
     StockScene scene = sphere_floor_wall({.size = size});
     scene.source.intrinsics = Intrinsics::from_integer_centres(525, 525, 319.5, 239.5).resized({640, 480}, size);
-    CameraTrack track{{scene.source}, {0, 1}};
-    track.cameras.push_back(orbit_path(scene, 15 * std::numbers::pi / 180, 1).front());
-    for (int i = 0; i < 2; ++i) {
+    CameraTrack track{{scene.source}, {}};
+    for (const Camera& camera : orbit_path(scene, degrees * std::numbers::pi / 180, frames - 1))
+      track.cameras.push_back(camera);
+    for (int i = 0; i < frames; ++i) {
+      track.times.push_back(i);
       const SyntheticFrame seen = render(scene.scene, track.cameras[static_cast<std::size_t>(i)], 0, pool, 2);
       write_png((root / fmt::format("image/{:05}.png", i)).string(), seen.colour);
       write_depth_file((root / fmt::format("depth/{:05}.png", i)).string(), seen.depth);
@@ -116,6 +118,42 @@ TEST_F(UwvBench, AlignsDepthWithEveryLossAndSmoothing) {
   EXPECT_EQ(tables["alignment of 120 flickering frames, an eighth as wide"].size(), 21U);
 }
 
+TEST_F(UwvBench, JudgesGeometryAndDrawsWhatItCosts) {
+  make_recording("recording", 5, 10);
+  const std::string said = must({"geometry", "--recording", "recording", "--no-resize", "--json", "geometry.json",
+                                 "--plot", "front.svg", "--pairs", "0:1,0:10"})
+                               .out;
+  EXPECT_THAT(said, HasSubstr("COLMAP left out"));
+  EXPECT_THAT(said, HasSubstr("views 0:10 left out: the clip has 5 frames"));
+  EXPECT_THAT(folder_.read("front.svg"), HasSubstr("polyline"));
+  const nlohmann::json tables = json("geometry.json");
+  std::map<std::string, nlohmann::json> depth;
+  for (const auto& row : tables["depth of recording"]) depth[row["option"].get<std::string>()] = row;
+  for (const char* option : {"default", "key_stride=8", "scale=0.25", "planes=32", "neighbours=2", "complete=off"})
+    EXPECT_TRUE(depth.contains(option)) << option;
+  // Rounded to millimetres, seen by exact cameras.
+  EXPECT_LT(depth["none: the truth itself"]["flicker"].get<double>(), 2e-3);
+  EXPECT_EQ(depth["none: the truth itself"]["edge_f"], 1);
+  // Textures whose finest wave is two pixels long leave the matcher little; wrong cameras would leave it nothing.
+  EXPECT_LT(depth["default"]["abs_rel_measured"].get<double>(), 0.15);
+  EXPECT_GT(depth["default"]["measured"].get<double>(), 0.3);
+  EXPECT_LT(depth["complete=off"]["known"], depth["default"]["known"]);
+  EXPECT_EQ(tables["cameras of recording"].size(), 2U);
+  EXPECT_GT(tables["machine"].front()["processors"].get<int>(), 0);
+}
+
+TEST_F(UwvBench, LeavesOutWhatIsNotThereAndSaysSo) {
+  const Outcome stereo = bench({"stereo", "--stereo", "nowhere"});
+  EXPECT_EQ(stereo.exit_code, 2);
+  EXPECT_THAT(stereo.out, HasSubstr("nowhere left out: it holds none of"));
+  EXPECT_THAT(bench({"rendered", "--models", "none", "--cases", "sea"}).err, HasSubstr("found 'sea', wanted some of"));
+  const Outcome rendered = bench({"rendered", "--models", "none"});
+  EXPECT_EQ(rendered.exit_code, 2);
+  EXPECT_THAT(rendered.err, HasSubstr("none/kaykit_dungeon_CC0/gltf/"));
+  EXPECT_THAT(must({"alignment", "--width", "16", "--height", "16", "--runs", "1"}).out,
+              HasSubstr("flicker of a real clip left out"));
+}
+
 TEST_F(UwvBench, SaysWhatIsWrongWithPairs) {
   make_recording("recording");
   for (const auto& [pair, words] : std::map<std::string, std::string>{
@@ -145,6 +183,8 @@ TEST_F(UwvBench, SaysWhatIsWrongWithClips) {
   const Outcome clip = bench({"clip", "--models", "none", "--out", "hall"});
   EXPECT_EQ(clip.exit_code, 2);
   EXPECT_THAT(clip.err, HasSubstr("none/kaykit_dungeon_CC0/gltf/"));
+  EXPECT_THAT(bench({"clip", "--models", "none", "--out", "hall", "--texture", "2"}).err,
+              HasSubstr("texture 2 is outside 0..1"));
   const Outcome found = bench({"geometry", "--recording", "nowhere"});
   EXPECT_EQ(found.exit_code, 2);
   EXPECT_THAT(found.err, HasSubstr("nowhere: holds none of cameras.json"));

@@ -191,6 +191,21 @@ TEST(MeshScene, DetailSticksToMovingSkin) {
   EXPECT_LT((colour_at(at_rest, inside(rest)) - colour_at(bent, inside(moved))).norm(), 12);
 }
 
+TEST(MeshScene, DetailIsAsStrongAsItIsTold) {
+  MeshScene scene{{instance_of(test::cube())}, Colour::Zero()};
+  MeshInstance& cube = scene.instances[0];
+  cube.shading = 0;
+  cube.world_from_model.translation = {0, 0, 4};
+  ThreadPool pool(1);
+  const Camera camera = camera_with(0.3, {3, 3});
+  const int plain = render(scene, camera, 0, pool, 1).colour(1, 1).r;
+  cube.details = {Texture::flat({0.25F, 0.25F, 0.25F})};  // half as bright
+  for (const double strength : {0.0, 0.5, 1.0}) {
+    cube.detail_strength = strength;
+    EXPECT_NEAR(render(scene, camera, 0, pool, 1).colour(1, 1).r, plain * (1 - 0.5 * strength), 1) << strength;
+  }
+}
+
 TEST(MeshScene, SameWithAnyNumberOfThreads) {
   MeshScene scene{{instance_of(test::cube())}, Colour::Zero()};
   scene.instances[0].world_from_model = {turned({1, 2, 3}, 0.8), {0.2, -0.1, 5}};

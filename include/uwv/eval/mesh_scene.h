@@ -27,6 +27,7 @@ struct MeshInstance {
   /// place at rest in the model's frame, so that they stick to skin that moves. Models for games are flat, and cameras
   /// are found from texture. One noise repeats itself nearly, two of different seeds do so no more.
   std::vector<Texture> details;
+  double detail_strength = 1;  ///< 0 = the details change nothing, 1 = they are as strong as they say.
   /// 0..1: darkens surfaces by their normal at rest, which makes form visible and leaves every point its one colour.
   double shading = 0.5;
 };
