@@ -7,6 +7,7 @@
 
 #include "pipeline/moving_layer.h"
 #include "pipeline/network_geometry.h"
+#include "pipeline/other_shots.h"
 #include "pipeline/relative_depth.h"
 #include "pipeline/resources.h"
 #include "pipeline/scene_choices.h"
@@ -76,6 +77,8 @@ class Estimation {
 
   EstimatedGeometry run() {
     find_cameras();
+    const std::span<const ImageRgb> clip = frames_;
+    const std::optional<Shot> shot = stay_in_shot();
     const GeometryProvider provider = choose();
     result_.facts["provider"] = to_string(provider);
     if (network_)
@@ -86,6 +89,7 @@ class Estimation {
       measure();
     else
       assume();
+    if (shot) spread_over_clip(*shot, clip, pool_, monitor_, result_);
     if (network_) result_.facts["network"] = network_->facts();
     result_.facts["profile"] = to_json(profile_);
     result_.facts["brief"] = brief_;
@@ -114,9 +118,20 @@ class Estimation {
     for (const std::string& note : sfm_.notes) monitor_.warn(fmt::format("{}: {}", options_.video, note));
     if (!sfm_.cuts.empty())
       monitor_.warn(
-          fmt::format("{}: the picture cuts at {} place(s), first at frame {}; the geometry is that of the longest "
-                      "shot: use --start and --max-frames to take one",
+          fmt::format("{}: the picture cuts at {} place(s), first at frame {}; what is found is of the longest shot, "
+                      "the depth of the others is assumed: use --start and --max-frames to take one",
                       options_.video, sfm_.cuts.size(), sfm_.cuts.front()));
+  }
+
+  /// Everything that is estimated from the pictures alone is of one shot. Given depth is of every frame.
+  std::optional<Shot> stay_in_shot() {
+    const std::optional<Shot> shot = network_ || !relative_.empty() ? std::nullopt : reconstructed_shot(sfm_);
+    if (!shot) return shot;
+    cuts_ = static_cast<int>(sfm_.cuts.size());
+    sfm_ = of_shot(std::move(sfm_), *shot);
+    frames_ = frames_.subspan(shot->first, shot->count);
+    options_.start += static_cast<long>(shot->first) * options_.stride;
+    return shot;
   }
 
   GeometryProvider choose() {
@@ -127,7 +142,7 @@ class Estimation {
     profile_.parallax_per_frame_px = parallax_per_frame(sfm_);
     profile_.rms_error_px = sfm_.rms_error_px;
     profile_.registered_share = registered_share(sfm_);
-    profile_.cuts = static_cast<int>(sfm_.cuts.size());
+    profile_.cuts = std::max(cuts_, static_cast<int>(sfm_.cuts.size()));
     if (network_) return believe();
     GeometryPlanOptions wishes;
     wishes.min_parallax_px = options_.min_parallax_px;
@@ -329,7 +344,7 @@ class Estimation {
     brief_ += "; " + outcome.alignment.brief();
   }
 
-  const RunOptions& options_;
+  RunOptions options_;  ///< Its start follows the shot.
   std::span<const ImageRgb> frames_;
   std::span<const DepthMap> relative_;
   std::optional<Intrinsics> known_;
@@ -340,6 +355,7 @@ class Estimation {
   SfmResult sfm_;
   SceneProfile profile_;
   int key_stride_ = 1;
+  int cuts_ = 0;
   std::string brief_;
   EstimatedGeometry result_;
 };

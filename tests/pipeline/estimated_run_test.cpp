@@ -113,6 +113,32 @@ TEST_F(EstimatedRun, WhatWasMeasuredDecidesAgainWhenTheGeometryIsReused) {
   EXPECT_EQ(record()["choices"]["cloud"]["choice"], "per_frame");
 }
 
+TEST_F(EstimatedRun, AssumesTheDepthOfOtherShots) {
+  film(9, 1.5);
+  ThreadPool pool;
+  const StockScene other = sphere_floor_wall({.size = {240, 136}});
+  for (int i = 9; i < 13; ++i)
+    write_png(folder_.file(fmt::format("clip/{:03}.png", i)), render(other.scene, other.source, 0, pool, 2).colour);
+  WarningMonitor monitor;
+  const RunSummary summary = run(options_, monitor);
+  const auto& facts = summary.stages[0].facts;
+  EXPECT_EQ(facts["provider"], "sfm") << facts.dump(1);
+  EXPECT_EQ(facts["frames"], 13);
+  EXPECT_EQ(facts["other_shots"]["frames_of_the_shot"], 9);
+  EXPECT_EQ(facts["other_shots"]["frames_of_others"], 4);
+  EXPECT_EQ(facts["profile"]["cuts"], 1);
+  EXPECT_THAT(monitor.warnings, ::testing::Contains(HasSubstr("cuts at 1 place")));
+  EXPECT_LT(depth_error(), 0.06) << "the shot is measured as if it were alone";
+  NpyArrayReader confidence(options_.out + "/geometry/confidence.npz", "confidence");
+  ASSERT_EQ(confidence.slices(), 13U);
+  std::vector<float> values(confidence.slice_values());
+  for (const std::size_t frame : {9U, 12U}) {
+    confidence.read(frame, std::span<float>(values));
+    EXPECT_LT(*std::max_element(values.begin(), values.end()), 0.35F * 255) << "a guess that says so";
+    EXPECT_GT(*std::min_element(values.begin(), values.end()), 0) << "and none of it is unknown";
+  }
+}
+
 TEST_F(EstimatedRun, KeyFramesAsToldAndRecorded) {
   film(9, 1.5);
   options_.mvs_key_stride = 4;
