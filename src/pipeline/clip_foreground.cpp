@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "pipeline/source_clip.h"
+#include "pipeline/given_pictures.h"
 #include "uwv/geometry/foreground_propagation.h"
 #include "uwv/geometry/saliency.h"
 
@@ -15,18 +15,11 @@ namespace {
 namespace fs = std::filesystem;
 
 ClipForeground given_masks(const RunOptions& options, std::size_t frames, Size size, Monitor& monitor) {
-  ClipOptions as_clip = clip_options(options);
-  as_clip.resize = {.mode = ResizePolicy::Mode::exact, .exact = size};
-  const auto clip = open_clip(options.foreground, as_clip, monitor);
   ClipForeground foreground;
   foreground.note = "masks given by --foreground";
-  for (std::size_t i = 0; i < frames; ++i) {
-    ImageRgb picture;
-    if (static_cast<long>(i) >= clip->frames() || !clip->read(static_cast<long>(i), picture))
-      fail(ErrorCode::size_mismatch, "{}: found {} foreground masks, wanted {}, one per frame of {}",
-           options.foreground, i, frames, options.video);
+  for (const ImageRgb& picture :
+       read_given_pictures(options.foreground, "foreground mask", options, frames, size, monitor))
     foreground.masks.push_back(foreground_from_picture(picture, size, options.foreground).mask);
-  }
   return foreground;
 }
 

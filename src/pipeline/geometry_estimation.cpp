@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/given_pictures.h"
 #include "pipeline/moving_layer.h"
 #include "pipeline/network_geometry.h"
 #include "pipeline/other_shots.h"
@@ -263,25 +264,29 @@ class Estimation {
     return false;
   }
 
-  BackgroundClip without_foreground(const std::vector<ForegroundMask>& foreground) {
+  std::vector<ImageRgb> without_foreground(const std::vector<ForegroundMask>& foreground) {
+    if (!options_.background.empty()) {
+      result_.facts["background"] = {{"given", options_.background}};
+      return read_given_pictures(options_.background, "background picture", options_, frames_.size(), size(), monitor_);
+    }
     CompletionOptions completion;
     completion.camera_moves = sfm_.motion == ClipMotion::turning;
     BackgroundClip background = complete_background(frames_, foreground, completion, pool_, monitor_);
     result_.facts["background"] = {{"seen_in_other_frames_share", background.share_seen},
                                    {"invented_share", background.share_invented},
                                    {"notes", background.notes}};
-    return background;
+    return std::move(background.frames);
   }
 
   /// The scene without its foreground, laid out like the scene with it.
   void complete_behind(const std::vector<ForegroundMask>& foreground, PlanarPriorOptions layout,
                        const PlanarPriorResult& with_foreground) {
     if (!wants_background(foreground)) return;
-    BackgroundClip background = without_foreground(foreground);
+    std::vector<ImageRgb> background = without_foreground(foreground);
     layout.horizon_row = with_foreground.horizon_row;
     layout.backdrop_row = with_foreground.backdrop_row;
-    PlanarPriorResult behind = planar_prior(background.frames, {}, lens(), layout, pool_, monitor_);
-    result_.background.colour = std::move(background.frames);
+    PlanarPriorResult behind = planar_prior(background, {}, lens(), layout, pool_, monitor_);
+    result_.background.colour = std::move(background);
     for (FrameGeometry& frame : behind.geometry.frames) result_.background.depth.push_back(std::move(frame.depth));
   }
 
@@ -326,7 +331,7 @@ class Estimation {
       result_.foreground = std::move(foreground.masks);
       if (frames_.size() > 1) profile_.moving_share = mean_share(result_.foreground);
       if (!wants_background(result_.foreground)) return;
-      result_.background.colour = without_foreground(result_.foreground).frames;
+      result_.background.colour = without_foreground(result_.foreground);
     }
     result_.background.depth = network_->behind(result_.background.colour, result_.foreground, result_.scene);
   }

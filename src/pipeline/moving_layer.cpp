@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "pipeline/given_pictures.h"
 #include "uwv/geometry/background_from_views.h"
 #include "uwv/geometry/scene_profile.h"
 
@@ -32,6 +33,11 @@ void complete_behind(const RunOptions& options, std::span<const ImageRgb> frames
                                 {"notes", behind.notes},
                                 {"seconds", behind.seconds}};
   result.background.colour = std::move(behind.frames);
+  if (!options.background.empty()) {
+    result.background.colour = read_given_pictures(options.background, "background picture", options, frames.size(),
+                                                   frames.front().size(), monitor);
+    result.facts["background"]["given"] = options.background;
+  }
   result.background.depth = std::move(behind.depth);
 }
 

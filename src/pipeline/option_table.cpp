@@ -55,6 +55,11 @@ std::vector<Option> input_options() {
       option("cameras", &O::cameras, "FILE",
              "source cameras: TUM, transforms.json, .log or uwv JSON; unset: locked off"),
       option("foreground", &O::foreground, "FILE", "mask clip of what moves, white = foreground"),
+      option(
+          "background", &O::background, "FILE",
+          "clip of the same scene without its foreground, shown where that moved away; unset: completed, where depth "
+          "is estimated"),
+      option("background_depth", &O::background_depth, "FILE", "its depth, where --depth is given"),
       option("normals", &O::normals, "FILE", "normals to use instead of those of the depth: .npy or .npz, (n,h,w,3)"),
       option("fx", &O::fx, "PX", "focal length in pixels of the full-size picture"),
       option("fy", &O::fy, "PX", "the same, vertical; unset: as --fx"),

@@ -160,6 +160,8 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& 
                                                                          {"depth", o.depth},
                                                                          {"disparity", o.disparity},
                                                                          {"cameras", o.cameras},
+                                                                         {"background", o.background},
+                                                                         {"background_depth", o.background_depth},
                                                                          {"foreground", o.foreground},
                                                                          {"normals", o.normals},
                                                                          {"saliency_model", o.saliency_model},

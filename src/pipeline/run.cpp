@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/pipeline/run.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -247,12 +248,15 @@ void check_components(const RunOptions& options, const RunComponents& components
        static_cast<bool>(components.open_foreground_network), "--saliency-model");
 }
 
+/// What the estimation reads.
+constexpr std::string_view geometry_inputs[] = {"video",          "depth",       "foreground", "background",
+                                                "saliency_model", "depth_model", "segmenter"};
+
 GeometryOfRun estimated_geometry(const RunOptions& options, const RunComponents& components, OutputFolder& folder,
                                  Monitor& monitor) {
   ordered_json inputs = identities(options);
   for (const auto& [name, path] : named_inputs(options))
-    if (name != "video" && name != "depth" && name != "foreground" && name != "saliency_model" &&
-        name != "depth_model" && name != "segmenter")
+    if (std::find(std::begin(geometry_inputs), std::end(geometry_inputs), name) == std::end(geometry_inputs))
       inputs.erase(name);
   GeometryOfRun geometry;
   geometry.key = geometry_key(options, inputs);

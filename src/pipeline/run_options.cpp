@@ -43,6 +43,11 @@ void check_geometry(const RunOptions& o) {
   require(o.depth_model.empty() || nothing_given,
           "--depth-model estimates depth: leave --depth and --disparity out, or leave it out");
   require(o.depth_kind == DepthKind::depth || !o.depth.empty(), "--depth-kind says what --depth is; give --depth");
+  const bool estimates = estimates_geometry(o);
+  require(o.background_depth.empty() || !estimates,
+          "--background-depth goes with --depth; where depth is estimated, that of --background is too");
+  require(estimates || o.background.empty() == o.background_depth.empty(),
+          "--background and --background-depth go together where depth is given; give both or none");
   require(!o.static_depth || !is_relative(o.depth_kind),
           "--static-depth needs depth in scene units, not a relative one");
   require(o.cameras.empty() || !nothing_given,

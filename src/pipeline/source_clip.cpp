@@ -98,19 +98,35 @@ SourceClip::SourceClip(const RunOptions& options, const std::optional<GeometryFo
   const RunOptions of_depth = geometry ? with_depth_of(*geometry, options, frames()) : options;
   depth_.emplace(of_depth, full_size, size(), intrinsics_.front().resized(size(), full_size), frames(), monitor);
   foreground_ = open_foreground(options, geometry, size(), frames(), monitor);
-  if (geometry && geometry->has_background && options.layers != LayerChoice::off) open_background(*geometry, monitor);
+  if (options.layers != LayerChoice::off) open_background(options, geometry, monitor);
   if (geometry && std::filesystem::exists(geometry->confidence())) confidence_.emplace(geometry->confidence());
   const RunOptions& of_normals = options.normals.empty() ? of_depth : options;
   if (!of_normals.normals.empty()) normals_.emplace(of_normals, size(), frames());
 }
 
-void SourceClip::open_background(const GeometryFolder& geometry, Monitor& monitor) {
-  background_ = open_clip(geometry.background(),
-                          {.max_frames = 0, .resize = {.mode = ResizePolicy::Mode::exact, .exact = size()}}, monitor);
-  background_depth_ = open_depth(geometry.background_depth(), {}, monitor);
-  if (background_->frames() < frames() || background_depth_->frames() < frames())
-    fail(ErrorCode::size_mismatch, "{}: its background has {} pictures and {} depths, wanted {} of each", geometry.path,
-         background_->frames(), background_depth_->frames(), frames());
+void SourceClip::open_background(const RunOptions& options, const std::optional<GeometryFolder>& geometry,
+                                 Monitor& monitor) {
+  ClipOptions as_clip = clip_options(options);
+  as_clip.max_frames = 0;
+  as_clip.resize = {.mode = ResizePolicy::Mode::exact, .exact = size()};
+  if (!options.background_depth.empty()) {
+    RunOptions of_depth = options;
+    of_depth.depth = options.background_depth;
+    of_depth.disparity.clear();
+    background_ = open_clip(options.background, as_clip, monitor);
+    background_depth_.emplace(of_depth, info().source_size, size(),
+                              intrinsics_.front().resized(size(), info().source_size), frames(), monitor);
+  } else if (geometry && geometry->has_background) {
+    as_clip.start = 0, as_clip.stride = 1;
+    background_ = open_clip(geometry->background(), as_clip, monitor);
+    RunOptions of_depth = with_depth_of(*geometry, options, frames());
+    of_depth.depth = geometry->background_depth();
+    background_depth_.emplace(of_depth, info().source_size, size(),
+                              intrinsics_.front().resized(size(), info().source_size), frames(), monitor);
+  }
+  if (background_ && background_->frames() < frames())
+    fail(ErrorCode::size_mismatch, "{}: found {} pictures of the background, wanted {}, one per frame of {}",
+         background_->info().path, background_->frames(), frames(), options.video);
 }
 
 void SourceClip::leave_out_background() {
@@ -187,9 +203,8 @@ std::shared_ptr<const SourceData> SourceClip::read(long index) {
   }
   if (background_) {
     BackgroundData& background = data->background.emplace();
-    if (!background_->read(index, background.colour) || !background_depth_->read(index, background.depth))
-      return nullptr;
-    if (background.depth.size() != size()) background.depth = resize_depth(background.depth, size());
+    if (!background_->read(index, background.colour)) return nullptr;
+    background_depth_->read(index, background.depth);
   }
   last_ = data;
   return last_;

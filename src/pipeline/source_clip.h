@@ -86,15 +86,14 @@ class SourceClip {
   std::shared_ptr<const SourceData> read(long index);
 
  private:
-  void open_background(const GeometryFolder& geometry, Monitor& monitor);
+  void open_background(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
   void open_cameras(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor);
   void take_cameras(const std::string& path, const CamerasFileOptions& read, long first, long stride,
                     const std::optional<Intrinsics>& by_number, Monitor& monitor);
 
   std::unique_ptr<FrameSource> frames_;
   std::unique_ptr<FrameSource> foreground_, background_;
-  std::unique_ptr<DepthSource> background_depth_;
-  std::optional<DepthFeed> depth_;
+  std::optional<DepthFeed> depth_, background_depth_;
   std::optional<NpyArrayReader> confidence_;
   std::optional<NormalFeed> normals_;
   std::vector<Rigid3> world_from_cam_;

@@ -8,6 +8,7 @@
 
 #include "pipeline/filmed_room.h"
 #include "uwv/io/depth_source.h"
+#include "uwv/io/frame_source.h"
 #include "uwv/io/npy.h"
 #include "uwv/pipeline/run.h"
 
@@ -137,6 +138,66 @@ TEST_F(EstimatedRun, AssumesTheDepthOfOtherShots) {
     EXPECT_LT(*std::max_element(values.begin(), values.end()), 0.35F * 255) << "a guess that says so";
     EXPECT_GT(*std::min_element(values.begin(), values.end()), 0) << "and none of it is unknown";
   }
+}
+
+TEST_F(EstimatedRun, TakesTheBackgroundItIsGiven) {
+  film(2, 0);
+  for (const char* name : {"masks", "behind"}) fs::create_directory(folder_.file(name));
+  ImageRgb mask(Size{240, 136});
+  for (int y = 40; y < 100; ++y)
+    for (int x = 90; x < 150; ++x) mask(x, y) = {255, 255, 255};
+  for (int i = 0; i < 2; ++i) {
+    write_png(folder_.file(fmt::format("masks/{}.png", i)), mask);
+    write_png(folder_.file(fmt::format("behind/{}.png", i)), ImageRgb(Size{240, 136}, Rgb8{200, 40, 60}));
+  }
+  options_.foreground = folder_.file("masks");
+  options_.background = folder_.file("behind");
+  Monitor monitor;
+  const RunSummary summary = run(options_, monitor);
+  EXPECT_EQ(summary.stages[0].facts["background"]["given"], options_.background);
+  ClipOptions as_is;
+  as_is.resize.mode = ResizePolicy::Mode::none;
+  const auto behind = open_clip(options_.out + "/geometry/background.mp4", as_is, monitor);
+  ImageRgb picture;
+  ASSERT_TRUE(behind->read(1, picture));
+  EXPECT_NEAR(picture(120, 70).r, 200, 6);
+  EXPECT_NEAR(picture(120, 70).g, 40, 6);
+
+  fs::remove(folder_.file("behind/1.png"));
+  EXPECT_THAT(error_of_run(), HasSubstr("found 1 background pictures, wanted 2"));
+}
+
+TEST_F(EstimatedRun, ShowsAGivenBackgroundBehindGivenDepth) {
+  // A square before a wall. From the left the camera sees the wall behind it, of which the picture shows nothing.
+  const Size size{240, 136};
+  DepthMap depth(size, 4.0F);
+  ImageRgb mask(size);
+  for (int y = 40; y < 100; ++y)
+    for (int x = 90; x < 150; ++x) depth(x, y) = 2, mask(x, y) = {255, 255, 255};
+  write_png(folder_.file("clip.png"), ImageRgb(size, Rgb8{90, 90, 90}));
+  write_png(folder_.file("behind.png"), ImageRgb(size, Rgb8{200, 40, 60}));
+  write_png(folder_.file("mask.png"), mask);
+  const std::vector<std::size_t> shape = {1, 136, 240};
+  write_npy<float>(folder_.file("depth.npy"), shape, depth.pixels());
+  write_npy<float>(folder_.file("far.npy"), shape, DepthMap(size, 4.0F).pixels());
+  options_.video = folder_.file("clip.png");
+  options_.depth = folder_.file("depth.npy");
+  options_.foreground = folder_.file("mask.png");
+  options_.out = folder_.file("out");
+  options_.traj = "left";
+  options_.fov = 60;
+  options_.frames = 3;
+  options_.no_resize = true;
+  options_.renderer = RendererChoice::cpu;
+  Monitor monitor;
+  const double without = run(options_, monitor).stages[1].facts["valid_share"];
+  options_.background = folder_.file("behind.png");
+  EXPECT_THROW(options_.check(), std::invalid_argument) << "its depth is missing";
+  options_.background_depth = folder_.file("far.npy");
+  options_.layers = LayerChoice::on;
+  const RunSummary with = run(options_, monitor);
+  EXPECT_GT(with.stages[1].facts["background_share"], 0.01) << with.stages[1].facts.dump(1);
+  EXPECT_GT(with.stages[1].facts["valid_share"], without + 0.01);
 }
 
 TEST_F(EstimatedRun, KeyFramesAsToldAndRecorded) {

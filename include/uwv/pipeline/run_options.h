@@ -94,7 +94,10 @@ struct RunOptions {
   bool static_depth = false;  ///< One depth picture serves all frames of a locked-off video.
   std::string cameras;        ///< Source cameras, one per frame of the clip. Empty: a locked-off camera.
   std::string foreground;     ///< Mask clip, white = moving foreground.
-  std::string normals;        ///< .npy/.npz, (h,w,3) or (n,h,w,3), camera frame. Empty: normals come from depth.
+  std::string background;  ///< The clip without its foreground, from elsewhere. With estimated geometry it stands for
+                           ///< what would be completed; with `depth` it needs `background_depth`.
+  std::string background_depth;  ///< Its depth, of the same kind, scale and key as `depth`.
+  std::string normals;           ///< .npy/.npz, (h,w,3) or (n,h,w,3), camera frame. Empty: normals come from depth.
   std::optional<double> fx, fy, cx, cy;  ///< Intrinsics in pixels of the full-size picture. fy unset: fx; centre unset:
                                          ///< the picture's. They take precedence over those of `cameras`.
   std::optional<double> fov;             ///< Horizontal field of view in degrees, (0, 180), instead of fx.
