@@ -342,8 +342,10 @@ class Estimation {
     else
       refer_to_prior();
     constexpr float believed = 0.5F;  // another's estimate, at a scale that was measured
-    const RelativeDepthOutcome outcome = bring_relative_depth_to_scale(
-        relative_, alignment_of(options_.depth_kind), sfm_.points, believed, result_.scene, pool_, monitor_);
+    AlignmentOptions alignment = alignment_of(options_.depth_kind);
+    alignment.smoothing = options_.depth_smoothing;
+    const RelativeDepthOutcome outcome =
+        bring_relative_depth_to_scale(relative_, alignment, sfm_.points, believed, result_.scene, pool_, monitor_);
     result_.scene.depth_from = GeometryProvider::import;
     result_.facts["alignment"] = outcome.facts;
     brief_ += "; " + outcome.alignment.brief();

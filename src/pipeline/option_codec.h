@@ -70,6 +70,12 @@ struct EnumNames<ReliabilityChoice> {
       {ReliabilityChoice::automatic, "auto"}, {ReliabilityChoice::on, "on"}, {ReliabilityChoice::off, "off"}};
 };
 template <>
+struct EnumNames<AlignmentSmoothing> {
+  static constexpr std::pair<AlignmentSmoothing, std::string_view> all[] = {{AlignmentSmoothing::joint, "joint"},
+                                                                            {AlignmentSmoothing::momentum, "momentum"},
+                                                                            {AlignmentSmoothing::none, "none"}};
+};
+template <>
 struct EnumNames<Completion> {
   static constexpr std::pair<Completion, std::string_view> all[] = {{Completion::none, "none"},
                                                                     {Completion::inpaint, "inpaint"}};

@@ -90,6 +90,9 @@ std::vector<Option> geometry_options() {
           "contrast"),
       option("segmenter", &O::segmenter, "DIR",
              "TorchScript network that follows the foreground from points of the first frame; unset: optical flow"),
+      option("depth_smoothing", &O::depth_smoothing, "NAME",
+             "relative --depth-kind: how scale and shift of the frames hang together: joint (steady), momentum (the "
+             "official running mean) or none (for depth whose unit jumps from frame to frame)"),
       option("max_features", &O::max_features, "N", "sfm: points tracked at once; more is steadier and slower"),
       option("min_parallax_px", &O::min_parallax_px, "PX",
              "sfm: shift that turning cannot explain from which on the camera counts as moving"),
@@ -159,6 +162,8 @@ std::vector<Option> render_options() {
       option("slope_discontinuity", &O::slope_discontinuity, "X", "relative depth step that separates two surfaces"),
       option("max_tilt", &O::max_tilt, "DEG",
              "surfaces tilted further than this are taken for smeared depth and stay dots; unset: 86, 90 = never"),
+      option("foreground_ring", &O::foreground_ring, "",
+             "drop depth in a band of 12 pixels around the foreground, as the official code does"),
       option("skip_unneeded", &O::skip_unneeded, "", "leave out passes that cannot change a pixel"),
       option("keep_source", &O::keep_source, "",
              "frames seen from the source's own camera are the source picture, whole"),

@@ -2,7 +2,9 @@
 #include "pipeline/source_clip.h"
 
 #include <algorithm>
+
 #include <filesystem>
+#include "uwv/geometry/depth_composite.h"
 
 namespace uwv::pipeline {
 namespace {
@@ -26,6 +28,13 @@ ValidityMask to_mask(const ImageRgb& picture) {
   std::transform(picture.pixels().begin(), picture.pixels().end(), mask.pixels().begin(),
                  [](const Rgb8& p) { return static_cast<std::uint8_t>(p.r + p.g + p.b > 3 * 127); });
   return mask;
+}
+
+/// The official code's ring of unknown depth around the foreground (geometry sheet 4.5).
+DepthMap with_ring(const DepthMap& depth, const ValidityMask& foreground) {
+  ForegroundMask mask(foreground.size());
+  std::copy(foreground.pixels().begin(), foreground.pixels().end(), mask.pixels().begin());
+  return composite_depth(depth, depth, mask, {.ring = true});
 }
 
 /// Takes out what `foreground` marks, and the pixels beside it: masks end a little early, and colours mix at edges.
@@ -92,7 +101,7 @@ ResizePolicy resize_policy(const RunOptions& options) {
 }
 
 SourceClip::SourceClip(const RunOptions& options, const std::optional<GeometryFolder>& geometry, Monitor& monitor)
-    : frames_(open_clip(options.video, clip_options(options), monitor)) {
+    : foreground_ring_(options.foreground_ring), frames_(open_clip(options.video, clip_options(options), monitor)) {
   open_cameras(options, geometry, monitor);
   const Size full_size = info().source_size;
   const RunOptions of_depth = geometry ? with_depth_of(*geometry, options, frames()) : options;
@@ -200,6 +209,7 @@ std::shared_ptr<const SourceData> SourceClip::read(long index) {
     ImageRgb mask;
     if (!foreground_->read(index, mask)) return nullptr;
     data->foreground = to_mask(mask);
+    if (foreground_ring_) data->depth = with_ring(data->depth, *data->foreground);
   }
   if (background_) {
     BackgroundData& background = data->background.emplace();

@@ -91,6 +91,7 @@ class SourceClip {
   void take_cameras(const std::string& path, const CamerasFileOptions& read, long first, long stride,
                     const std::optional<Intrinsics>& by_number, Monitor& monitor);
 
+  bool foreground_ring_;
   std::unique_ptr<FrameSource> frames_;
   std::unique_ptr<FrameSource> foreground_, background_;
   std::optional<DepthFeed> depth_, background_depth_;

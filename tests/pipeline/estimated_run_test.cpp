@@ -191,6 +191,12 @@ TEST_F(EstimatedRun, ShowsAGivenBackgroundBehindGivenDepth) {
   options_.renderer = RendererChoice::cpu;
   Monitor monitor;
   const double without = run(options_, monitor).stages[1].facts["valid_share"];
+  options_.foreground_ring = true;
+  const double ringed = run(options_, monitor).stages[1].facts["valid_share"];
+  // Twelve pixels to each side of the square, in two of three frames: the first is the source picture itself.
+  const double ring = 2.0 / 3 * (84 * 84 - 60 * 60) / (240 * 136);
+  EXPECT_NEAR(without - ringed, ring, 0.2 * ring);
+  options_.foreground_ring = false;
   options_.background = folder_.file("behind.png");
   EXPECT_THROW(options_.check(), std::invalid_argument) << "its depth is missing";
   options_.background_depth = folder_.file("far.npy");
@@ -266,6 +272,27 @@ TEST_F(EstimatedRun, BringsRelativeDepthToTheScaleOfTheCameras) {
   const RunSummary summary = run(options_, monitor);
   EXPECT_EQ(summary.stages[0].facts["alignment"]["solved_frames"], 9) << summary.stages[0].facts.dump(1);
   EXPECT_LT(depth_error(), 0.04) << "the relative depth was exact but for its lines";
+}
+
+TEST_F(EstimatedRun, FitsDepthWhoseUnitJumpsFrameByFrameWhenTold) {
+  film(9, 1.5);
+  std::vector<float> relative;
+  for (std::size_t i = 0; i < depths_.size(); ++i)
+    for (const float z : depths_[i].pixels()) relative.push_back((i % 2 == 0 ? 2.0F : 3.0F) * z);
+  write_npy<float>(
+      folder_.file("relative.npy"),
+      {depths_.size(), static_cast<std::size_t>(depths_[0].height()), static_cast<std::size_t>(depths_[0].width())},
+      relative);
+  options_.depth = folder_.file("relative.npy");
+  options_.depth_kind = DepthKind::relative_depth;
+  Monitor monitor;
+  run(options_, monitor);
+  const double joint = depth_error();
+  options_.depth_smoothing = AlignmentSmoothing::none;
+  EXPECT_EQ(run(options_, monitor).stages[0].status, StageSummary::Status::done);
+  const double alone = depth_error();
+  EXPECT_LT(alone, 0.06);
+  EXPECT_GT(joint, 1.5 * alone) << "else this option has no use";
 }
 
 TEST_F(EstimatedRun, TakesInverseDepthAsTold) {

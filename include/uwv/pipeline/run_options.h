@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "uwv/core/camera.h"
+#include "uwv/geometry/depth_alignment.h"
 #include "uwv/geometry/multi_view_stereo.h"
 #include "uwv/geometry/structure_from_motion.h"
 #include "uwv/render/gl_context.h"
@@ -115,6 +116,8 @@ struct RunOptions {
                                ///< network (docs/depth-models.md). Empty: u2netp.onnx where scripts/setup puts it;
                                ///< without it a contrast method.
   std::string segmenter;       ///< Folder of a TorchScript network that follows it through the clip. Empty: flow does.
+  AlignmentSmoothing depth_smoothing =
+      AlignmentSmoothing::joint;  ///< How relative depth's lines hang together; none for depth whose unit jumps.
   int max_features = SfmOptions{}.max_features;
   double min_parallax_px = SfmOptions{}.min_parallax_px;
   int mvs_neighbours = MvsOptions{}.neighbours;
@@ -163,7 +166,9 @@ struct RunOptions {
   int slope_radius = SlopeOptions{}.radius;
   float slope_discontinuity = SlopeOptions{}.discontinuity;
   std::optional<double> max_tilt;  ///< Degrees in (0, 90]; see SlopeOptions::max_tilt. Unset: its default, 86.
-  bool skip_unneeded = true;       ///< Leave out passes that cannot change a pixel.
+  bool foreground_ring = false;  ///< Drop depth in a band around the foreground, as the official code does, which keeps
+                                 ///< what smears between the two out of the picture.
+  bool skip_unneeded = true;     ///< Leave out passes that cannot change a pixel.
   bool keep_source = true;  ///< A frame seen from the source's own camera is the source picture, all of it known (the
                             ///< reference does so with frame 0), rather than its rendering.
   int threads = 0;          ///< Rendering threads; 0 = one per processor. Never changes a byte of the result.
