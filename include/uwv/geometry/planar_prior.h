@@ -23,7 +23,7 @@ namespace uwv {
 /// Where the ground ends in every column: rows in pixels from the upper edge, one a column of the picture.
 struct GroundContour {
   std::vector<double> feet;  ///< Where whatever stands nearest touches the ground.
-  std::vector<double> wall;  ///< Likewise without things narrower than an eighth of the picture; never below `feet`.
+  std::vector<double> wall;  ///< Likewise without things narrower than a fifth of the picture; never below `feet`.
 };
 
 /// What spoke for a sky and against it, of the smooth, pale or blue pixels that join the upper edge.

@@ -12,15 +12,19 @@
 namespace uwv::layers {
 namespace {
 
-constexpr int most_columns = 208;        // the contour is as coarse as the assumption it serves
-constexpr int rounds = 3;                // of learning colours and dividing; little changes after the third
-constexpr double most_certain = 2.5;     // log likelihood ratio of one pixel: colours are never proof
-constexpr double step_cost = 1.0;        // of a row's difference between neighbouring columns, in log likelihood
-constexpr int longest_step = 14;         // rows from which a difference costs no more: things have sides
-constexpr double habit = 0.02;           // log likelihood a row away from the first guess: decides where colours do not
-constexpr double least_evidence = 1.35;  // mean log likelihood ratio of a pixel, of either side, for its own side:
-                                         // streets have 1.4 and more, a flower and a bedroom up to 1.3
-constexpr double narrow = 0.12;          // of the width: what stands before the wall rather than being the wall
+constexpr int most_columns = 208;     // the contour is as coarse as the assumption it serves
+constexpr int rounds = 3;             // of learning colours and dividing; little changes after the third
+constexpr double most_certain = 2.5;  // log likelihood ratio of one pixel: colours are never proof
+constexpr double step_cost = 1.0;     // of a row's difference between neighbouring columns, in log likelihood
+constexpr int longest_step = 14;      // rows from which a difference costs no more: things have sides
+constexpr double habit = 0.5;         // log likelihood a row away from the first guess: decides where colours hardly do
+/// Mean log likelihood ratio of a pixel, of either side, for its own side: streets and paths have 1.4 and more, a
+/// flower, stairs and a bedroom 1.1 and less.
+constexpr double least_evidence = 1.3;
+constexpr double narrow = 0.2;        // of the width: what stands before the wall rather than being the wall
+constexpr double least_width = 0.03;  // of the width: narrower things are noise, and every one tears the picture
+constexpr int least_stand = 4;        // rows by which a thing stands before the wall
+constexpr double rounding = 0.08;     // of the width, over which the wall is smoothed: a bend looks better than a tear
 
 constexpr int light_bins = 16, hue_bins = 32;
 constexpr std::size_t bins = static_cast<std::size_t>(light_bins) * hue_bins * hue_bins;
@@ -180,16 +184,70 @@ std::vector<int> without_narrow(const std::vector<int>& rows, int width) {
   return extreme(extreme(rows, true), false);
 }
 
+/// Mean over `width` columns; the outermost count on beyond the picture.
+std::vector<double> rounded(const std::vector<int>& rows, int width) {
+  const int count = static_cast<int>(rows.size()), reach = width / 2;
+  std::vector<double> out;
+  for (int x = 0; x < count; ++x) {
+    double sum = 0;
+    for (int k = -reach; k <= reach; ++k) sum += rows[static_cast<std::size_t>(std::clamp(x + k, 0, count - 1))];
+    out.push_back(sum / (2 * reach + 1));
+  }
+  return out;
+}
+
+/// Columns [first, last) that stand before the wall.
+struct Run {
+  int first = 0, last = 0;
+};
+std::vector<Run> runs_before(const std::vector<int>& rows, const std::vector<int>& wall) {
+  std::vector<Run> out;
+  const int count = static_cast<int>(rows.size());
+  const auto stands = [&](int x) {
+    return rows[static_cast<std::size_t>(x)] - wall[static_cast<std::size_t>(x)] >= least_stand;
+  };
+  for (int x = 0; x < count; ++x) {
+    if (!stands(x)) continue;
+    const int first = x;
+    while (x < count && stands(x)) ++x;
+    out.push_back({first, x});
+  }
+  return out;
+}
+
+/// The wall's smooth line, and before it narrow things, each with one foot.
+GroundContour settle(const std::vector<int>& rows) {
+  const int count = static_cast<int>(rows.size());
+  std::vector<int> wall = without_narrow(rows, cvRound(narrow * count));
+  const std::vector<Run> runs = runs_before(rows, wall);
+  // What the picture's edge cuts may be wide.
+  for (const Run& run : runs)
+    if (run.first == 0 || run.last == count)
+      std::copy(rows.begin() + run.first, rows.begin() + run.last, wall.begin() + run.first);
+  GroundContour out;
+  out.wall = rounded(wall, cvRound(rounding * count));
+  out.feet = out.wall;
+  for (const Run& run : runs) {
+    if (run.first == 0 || run.last == count || run.last - run.first < least_width * count) continue;
+    std::vector<int> feet(rows.begin() + run.first, rows.begin() + run.last);
+    std::nth_element(feet.begin(), feet.begin() + static_cast<std::ptrdiff_t>(feet.size() / 2), feet.end());
+    for (int x = run.first; x < run.last; ++x) {
+      double& foot = out.feet[static_cast<std::size_t>(x)];
+      foot = std::max(foot, static_cast<double>(feet[feet.size() / 2]));
+    }
+  }
+  return out;
+}
+
 /// Full-size columns; between small ones in a line where the ground runs on, in a step where something has a side.
-std::vector<double> enlarge(const std::vector<int>& rows, int width, double scale) {
+std::vector<double> enlarge(const std::vector<double>& rows, int width, double scale) {
   std::vector<double> out;
   const int last = static_cast<int>(rows.size()) - 1;
   for (int x = 0; x < width; ++x) {
     const double at = std::clamp((x + 0.5) * (last + 1) / width - 0.5, 0.0, static_cast<double>(last));
     const int left = static_cast<int>(at), right = std::min(left + 1, last);
-    const int a = rows[static_cast<std::size_t>(left)], b = rows[static_cast<std::size_t>(right)];
-    const double t = at - left;
-    out.push_back(scale * (std::abs(a - b) < longest_step / 2 ? a + t * (b - a) : t < 0.5 ? a : b));
+    const double a = rows[static_cast<std::size_t>(left)], b = rows[static_cast<std::size_t>(right)], t = at - left;
+    out.push_back(scale * (std::fabs(a - b) < 0.5 * least_stand ? a + t * (b - a) : t < 0.5 ? a : b));
   }
   return out;
 }
@@ -217,11 +275,8 @@ std::optional<GroundContour> find_contour(const ImageRgb& picture, const Foregro
     told = evidence(parts, score);
   }
   if (told < least_evidence) return std::nullopt;
-  GroundContour out;
-  out.feet = enlarge(rows, picture.width(), scale);
-  out.wall = enlarge(without_narrow(rows, cvRound(narrow * small.size.width)), picture.width(), scale);
-  for (std::size_t x = 0; x < out.wall.size(); ++x) out.wall[x] = std::min(out.wall[x], out.feet[x]);
-  return out;
+  const GroundContour settled = settle(rows);
+  return GroundContour{enlarge(settled.feet, picture.width(), scale), enlarge(settled.wall, picture.width(), scale)};
 }
 
 }  // namespace uwv::layers
