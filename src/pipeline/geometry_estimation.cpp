@@ -220,7 +220,7 @@ class Estimation {
                                      {"backdrop_from", to_string(prior.backdrop_from)},
                                      {"backdrop_distance", prior.backdrop_distance},
                                      {"foreground_share", prior.foreground_share},
-                                     {"contour", prior.contour ? "by column" : "level"},
+                                     {"contour", prior.contour.empty() ? "level" : "by column"},
                                      {"sky",
                                       {{"believed", prior.sky.believed},
                                        {"share", prior.sky.share},

@@ -20,12 +20,6 @@
 
 namespace uwv {
 
-/// Where the ground ends in every column: rows in pixels from the upper edge, one a column of the picture.
-struct GroundContour {
-  std::vector<double> feet;  ///< Where whatever stands nearest touches the ground.
-  std::vector<double> wall;  ///< Likewise without things narrower than a fifth of the picture; never below `feet`.
-};
-
 /// What spoke for a sky and against it, of the smooth, pale or blue pixels that join the upper edge.
 struct SkyEvidence {
   double share = 0;          ///< Of the picture.
@@ -41,9 +35,9 @@ struct PlanarPriorOptions {
   std::optional<double> horizon_row;
   /// Row where the ground ends at the backdrop. Empty = the strongest level change of colour, else default_ground.
   std::optional<double> backdrop_row;
-  /// Where the ground ends column by column; has the picture's width. Empty = found by colour where neither this nor
-  /// backdrop_row is given and the camera is locked off, else a level line.
-  std::optional<GroundContour> contour;
+  /// Row where the ground ends in every column of the picture, in pixels from the upper edge. Empty = found by colour
+  /// where neither this nor backdrop_row is given and the camera is locked off, else a level line.
+  std::vector<double> contour;
   bool find_contour = true;  ///< false = a level line.
   /// Tilt of the ground against the line of sight, in degrees, at which it ends at the latest: renderers drop what is
   /// steeper (--max-tilt), which leaves stripes. In (0, 90).
@@ -78,13 +72,13 @@ struct PlanarPriorResult {
   LayoutCue horizon_from = LayoutCue::assumed;
   double backdrop_row = 0;
   LayoutCue backdrop_from = LayoutCue::assumed;
-  double pitch = 0;                      ///< Radians, > 0 looks down.
-  double camera_height = 0;              ///< In the unit of depth, after scaling.
-  double backdrop_distance = 0;          ///< Level distance, in the unit of depth.
-  double sky_share = 0;                  ///< Of the first frame.
-  SkyEvidence sky;                       ///< Of the picture that shows the backdrop.
-  std::optional<GroundContour> contour;  ///< Empty where the ground ends at a level line.
-  double foreground_share = 0;           ///< Mean over frames.
+  double pitch = 0;              ///< Radians, > 0 looks down.
+  double camera_height = 0;      ///< In the unit of depth, after scaling.
+  double backdrop_distance = 0;  ///< Level distance, in the unit of depth.
+  double sky_share = 0;          ///< Of the first frame.
+  SkyEvidence sky;               ///< Of the picture that shows the backdrop.
+  std::vector<double> contour;   ///< As in the options, for every column. Empty where the ground ends at a level line.
+  double foreground_share = 0;   ///< Mean over frames.
   /// One line for a log.
   std::string brief() const;
 };

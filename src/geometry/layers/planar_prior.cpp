@@ -85,14 +85,14 @@ Layout build_layout(const PlanarPriorResult& rows, const Intrinsics& intrinsics,
 /// The contour that was given or found, and the layout that its farthest part asks for.
 void find_contour(const ImageRgb& picture, const ForegroundMask& covered, const Image<std::uint8_t>& sky,
                   const PlanarPriorOptions& options, Layout& layout, PlanarPriorResult& out) {
-  if (options.contour) {
+  if (!options.contour.empty()) {
     out.contour = options.contour;
   } else if (options.find_contour && options.locked_off && !options.backdrop_row) {
     const double limit = farthest_ground(layout.intrinsics, options, picture.width());
     out.contour = layers::find_contour(picture, covered, sky, out.horizon_row, out.backdrop_row,
                                        std::max(0.0, layout.ground_row(limit)));
-    if (!out.contour) return;
-    std::vector<double> rows = out.contour->wall;
+    if (out.contour.empty()) return;
+    std::vector<double> rows = out.contour;
     const auto far = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 10);
     std::nth_element(rows.begin(), far, rows.end());
     out.backdrop_row = *far;
@@ -183,8 +183,9 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
   options.check();
   check_input(frames, foreground, intrinsics);
   const auto width = static_cast<std::size_t>(frames.front().width());
-  require(!options.contour || (options.contour->feet.size() == width && options.contour->wall.size() == width),
-          "planar prior: the contour must have a row for each of {} columns", width);
+  require(options.contour.empty() || options.contour.size() == width,
+          "planar prior: the contour has {} rows for {} columns", options.contour.size(), width);
+  for (double row : options.contour) require(std::isfinite(row), "planar prior: the contour has a row {}", row);
   const DeterministicCv deterministic;
   const Size size = frames.front().size();
   const auto count = static_cast<int>(frames.size());

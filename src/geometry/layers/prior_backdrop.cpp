@@ -148,25 +148,19 @@ ImageRgb backdrop_picture(std::span<const ImageRgb> frames, std::span<const Fore
   return out;
 }
 
-FrameGeometry backdrop_geometry(const Layout& layout, const std::optional<GroundContour>& contour,
+FrameGeometry backdrop_geometry(const Layout& layout, const std::vector<double>& contour,
                                 const Image<std::uint8_t>& sky, double sky_distance) {
   FrameGeometry out{DepthMap(sky.size()), ConfidenceMap(sky.size())};
-  const double farthest = layout.backdrop_distance, horizon = layout.horizon_row();
-  struct Column {
-    double feet, wall;  ///< Level distances.
-  };
-  std::vector<Column> columns(static_cast<std::size_t>(sky.width()), {farthest, farthest});
-  if (contour)
-    for (std::size_t x = 0; x < columns.size(); ++x)
-      columns[x] = {std::min(farthest, layout.ground_distance(contour->feet[x])),
-                    std::min(farthest, layout.ground_distance(contour->wall[x]))};
+  const double farthest = layout.backdrop_distance;
+  std::vector<double> wall(static_cast<std::size_t>(sky.width()), farthest);  // level distance of every column's
+  for (std::size_t x = 0; x < contour.size(); ++x) wall[x] = std::min(farthest, layout.ground_distance(contour[x]));
   for (int y = 0; y < sky.height(); ++y) {
     const double v = y + 0.5, ground = layout.ground_depth(v), ground_distance = layout.ground_distance(v);
     const double depth_of_distance = layout.wall_depth(v, 1);
     for (int x = 0; x < sky.width(); ++x) {
-      const Column& column = columns[static_cast<std::size_t>(x)];
-      const bool on_ground = ground_distance < column.feet, is_sky = sky(x, y) != 0 && !on_ground;
-      const double distance = is_sky ? farthest * sky_distance : v > horizon ? column.feet : column.wall;
+      const double standing = wall[static_cast<std::size_t>(x)];
+      const bool on_ground = ground_distance < standing, is_sky = sky(x, y) != 0 && !on_ground;
+      const double distance = is_sky ? farthest * sky_distance : standing;
       out.depth(x, y) = static_cast<float>(on_ground ? ground : distance * depth_of_distance);
       out.confidence(x, y) = is_sky ? sky_confidence : on_ground ? ground_confidence : backdrop_confidence;
     }

@@ -21,10 +21,8 @@ constexpr double habit = 0.5;         // log likelihood a row away from the firs
 /// Mean log likelihood ratio of a pixel, of either side, for its own side: streets and paths have 1.4 and more, a
 /// flower, stairs and a bedroom 1.1 and less.
 constexpr double least_evidence = 1.3;
-constexpr double narrow = 0.2;        // of the width: what stands before the wall rather than being the wall
-constexpr double least_width = 0.03;  // of the width: narrower things are noise, and every one tears the picture
-constexpr int least_stand = 4;        // rows by which a thing stands before the wall
-constexpr double rounding = 0.08;     // of the width, over which the wall is smoothed: a bend looks better than a tear
+constexpr double narrow = 0.2;     // of the width: what stands before the wall rather than being the wall
+constexpr double rounding = 0.08;  // of the width, over which the wall is smoothed: a bend looks better than a tear
 
 constexpr int light_bins = 16, hue_bins = 32;
 constexpr std::size_t bins = static_cast<std::size_t>(light_bins) * hue_bins * hue_bins;
@@ -196,69 +194,37 @@ std::vector<double> rounded(const std::vector<int>& rows, int width) {
   return out;
 }
 
-/// Columns [first, last) that stand before the wall.
-struct Run {
-  int first = 0, last = 0;
-};
-std::vector<Run> runs_before(const std::vector<int>& rows, const std::vector<int>& wall) {
-  std::vector<Run> out;
-  const int count = static_cast<int>(rows.size());
-  const auto stands = [&](int x) {
-    return rows[static_cast<std::size_t>(x)] - wall[static_cast<std::size_t>(x)] >= least_stand;
-  };
-  for (int x = 0; x < count; ++x) {
-    if (!stands(x)) continue;
-    const int first = x;
-    while (x < count && stands(x)) ++x;
-    out.push_back({first, x});
-  }
-  return out;
-}
-
-/// The wall's smooth line, and before it narrow things, each with one foot.
-GroundContour settle(const std::vector<int>& rows) {
+/// The line of the walls: smooth, and without what is narrow, as every step in it would tear the picture.
+std::vector<double> settle(const std::vector<int>& rows) {
   const int count = static_cast<int>(rows.size());
   std::vector<int> wall = without_narrow(rows, cvRound(narrow * count));
-  const std::vector<Run> runs = runs_before(rows, wall);
-  // What the picture's edge cuts may be wide.
-  for (const Run& run : runs)
-    if (run.first == 0 || run.last == count)
-      std::copy(rows.begin() + run.first, rows.begin() + run.last, wall.begin() + run.first);
-  GroundContour out;
-  out.wall = rounded(wall, cvRound(rounding * count));
-  out.feet = out.wall;
-  for (const Run& run : runs) {
-    if (run.first == 0 || run.last == count || run.last - run.first < least_width * count) continue;
-    std::vector<int> feet(rows.begin() + run.first, rows.begin() + run.last);
-    std::nth_element(feet.begin(), feet.begin() + static_cast<std::ptrdiff_t>(feet.size() / 2), feet.end());
-    for (int x = run.first; x < run.last; ++x) {
-      double& foot = out.feet[static_cast<std::size_t>(x)];
-      foot = std::max(foot, static_cast<double>(feet[feet.size() / 2]));
-    }
-  }
-  return out;
+  // What the picture's edges cut may be wide.
+  for (int x = 0; x < count && rows[static_cast<std::size_t>(x)] > wall[static_cast<std::size_t>(x)]; ++x)
+    wall[static_cast<std::size_t>(x)] = rows[static_cast<std::size_t>(x)];
+  for (int x = count - 1; x >= 0 && rows[static_cast<std::size_t>(x)] > wall[static_cast<std::size_t>(x)]; --x)
+    wall[static_cast<std::size_t>(x)] = rows[static_cast<std::size_t>(x)];
+  return rounded(wall, cvRound(rounding * count));
 }
 
-/// Full-size columns; between small ones in a line where the ground runs on, in a step where something has a side.
+/// Full-size columns.
 std::vector<double> enlarge(const std::vector<double>& rows, int width, double scale) {
   std::vector<double> out;
   const int last = static_cast<int>(rows.size()) - 1;
   for (int x = 0; x < width; ++x) {
     const double at = std::clamp((x + 0.5) * (last + 1) / width - 0.5, 0.0, static_cast<double>(last));
     const int left = static_cast<int>(at), right = std::min(left + 1, last);
-    const double a = rows[static_cast<std::size_t>(left)], b = rows[static_cast<std::size_t>(right)], t = at - left;
-    out.push_back(scale * (std::fabs(a - b) < 0.5 * least_stand ? a + t * (b - a) : t < 0.5 ? a : b));
+    const double a = rows[static_cast<std::size_t>(left)], b = rows[static_cast<std::size_t>(right)];
+    out.push_back(scale * (a + (at - left) * (b - a)));
   }
   return out;
 }
 
 }  // namespace
 
-std::optional<GroundContour> find_contour(const ImageRgb& picture, const ForegroundMask& foreground,
-                                          const Image<std::uint8_t>& sky, double horizon_row, double start,
-                                          double highest) {
+std::vector<double> find_contour(const ImageRgb& picture, const ForegroundMask& foreground,
+                                 const Image<std::uint8_t>& sky, double horizon_row, double start, double highest) {
   const int height = picture.height();
-  if (picture.width() < 32 || height < 32 || horizon_row < 0.05 * height || highest > 0.9 * height) return std::nullopt;
+  if (picture.width() < 32 || height < 32 || horizon_row < 0.05 * height || highest > 0.9 * height) return {};
   const Small small = shrink(picture, foreground, sky);
   const double scale = static_cast<double>(height) / small.size.height;
   const int top = std::clamp(static_cast<int>(std::ceil(highest / scale)), 0, small.size.height - 1);
@@ -268,15 +234,14 @@ std::optional<GroundContour> find_contour(const ImageRgb& picture, const Foregro
   double told = 0;
   for (int i = 0; i < rounds; ++i) {
     const Histogram ground = learn(small, parts, Part::ground), upright = learn(small, parts, Part::upright);
-    if (ground.empty() || upright.empty()) return std::nullopt;
+    if (ground.empty() || upright.empty()) return {};
     const std::vector<float> score = compare(small, ground, upright);
     rows = divide(small, score, guess, top);
     parts = parts_of(small, rows);
     told = evidence(parts, score);
   }
-  if (told < least_evidence) return std::nullopt;
-  const GroundContour settled = settle(rows);
-  return GroundContour{enlarge(settled.feet, picture.width(), scale), enlarge(settled.wall, picture.width(), scale)};
+  if (told < least_evidence) return {};
+  return enlarge(settle(rows), picture.width(), scale);
 }
 
 }  // namespace uwv::layers

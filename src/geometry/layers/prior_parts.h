@@ -51,9 +51,8 @@ std::optional<double> ground_end(const ImageRgb& picture, const ForegroundMask& 
 /// The contour that divides colours of the ground from those of what stands on it, by dynamic programming over columns.
 /// `start` is a first guess of its row, `highest` the least row it may have. Empty when the colours do not differ
 /// enough to tell.
-std::optional<GroundContour> find_contour(const ImageRgb& picture, const ForegroundMask& foreground,
-                                          const Image<std::uint8_t>& sky, double horizon_row, double start,
-                                          double highest);
+std::vector<double> find_contour(const ImageRgb& picture, const ForegroundMask& foreground,
+                                 const Image<std::uint8_t>& sky, double horizon_row, double start, double highest);
 
 /// What a locked-off camera sees behind its foreground: the median of what was not foreground in up to `samples`
 /// frames, of everything where it always was. `always` says where that is.
@@ -62,7 +61,7 @@ ImageRgb backdrop_picture(std::span<const ImageRgb> frames, std::span<const Fore
 
 /// Ground, backdrop and sky of one picture. What is narrow stands before the wall up to the horizon, which is as high
 /// as the camera.
-FrameGeometry backdrop_geometry(const Layout& layout, const std::optional<GroundContour>& contour,
+FrameGeometry backdrop_geometry(const Layout& layout, const std::vector<double>& contour,
                                 const Image<std::uint8_t>& sky, double sky_distance);
 
 /// A connected piece of foreground in one frame.
