@@ -236,6 +236,13 @@ class Estimation {
                                      {"backdrop_from", to_string(prior.backdrop_from)},
                                      {"backdrop_distance", prior.backdrop_distance},
                                      {"foreground_share", prior.foreground_share},
+                                     {"contour", prior.contour.empty() ? "level" : "by column"},
+                                     {"sky",
+                                      {{"believed", prior.sky.believed},
+                                       {"share", prior.sky.share},
+                                       {"of_edge", prior.sky.of_edge},
+                                       {"contrast", prior.sky.contrast},
+                                       {"blue_over_red", prior.sky.blue_over_red}}},
                                      {"seconds", clock.seconds()}};
     brief_ += "; " + prior.brief();
     warn_of_assumed_lens();
@@ -285,6 +292,7 @@ class Estimation {
     std::vector<ImageRgb> background = without_foreground(foreground);
     layout.horizon_row = with_foreground.horizon_row;
     layout.backdrop_row = with_foreground.backdrop_row;
+    layout.contour = with_foreground.contour;
     PlanarPriorResult behind = planar_prior(background, {}, lens(), layout, pool_, monitor_);
     result_.background.colour = std::move(background);
     for (FrameGeometry& frame : behind.geometry.frames) result_.background.depth.push_back(std::move(frame.depth));

@@ -4,7 +4,8 @@
 // An assumption, not a measurement. The camera stands upright at eye height; below the horizon lies level ground, which
 // ends at an upright backdrop; the sky is far; each connected piece of foreground stands upright where its lowest pixel
 // touches the ground, and bulges a little. What is assumed is drawn from the picture where it can be: the horizon from
-// vanishing lines, the end of the ground from a change of colour, the sky from its colour.
+// vanishing lines, the end of the ground from a change of colour (column by column where that is clear: a street has
+// sides), the sky from its colour, smoothness and brightness.
 //
 // Axes of the level world used inside: x right, y down (gravity), z level and forward. The camera looks down by
 // `pitch`, so the horizon is at v = cy - fy * tan(pitch). Depth is along the optical axis as everywhere.
@@ -13,10 +14,20 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "uwv/geometry/layers.h"
 
 namespace uwv {
+
+/// What spoke for a sky and against it, of the smooth, pale or blue pixels that join the upper edge.
+struct SkyEvidence {
+  double share = 0;          ///< Of the picture.
+  double of_edge = 0;        ///< Of the upper edge.
+  double contrast = 0;       ///< Median brightness over that of the rest: walls are lit as the room is, skies light it.
+  double blue_over_red = 0;  ///< Median.
+  bool believed = false;
+};
 
 struct PlanarPriorOptions {
   /// Row of the horizon, in pixels from the top edge; may lie outside the picture. Empty = vanishing lines, else the
@@ -24,6 +35,13 @@ struct PlanarPriorOptions {
   std::optional<double> horizon_row;
   /// Row where the ground ends at the backdrop. Empty = the strongest level change of colour, else default_ground.
   std::optional<double> backdrop_row;
+  /// Row where the ground ends in every column of the picture, in pixels from the upper edge. Empty = found by colour
+  /// where neither this nor backdrop_row is given and the camera is locked off, else a level line.
+  std::vector<double> contour;
+  bool find_contour = true;  ///< false = a level line.
+  /// Tilt of the ground against the line of sight, in degrees, at which it ends at the latest: renderers drop what is
+  /// steeper (--max-tilt), which leaves stripes. In (0, 90).
+  double steepest_ground = 85.5;
   double camera_height = 1.6;  ///< Eye height; in metres it makes depth roughly metric, as depth networks give.
   double median_depth = 0;     ///< > 0: all depth is scaled so that the first frame's median is this. 0 = no scaling.
   /// Where the ground ends without a cue, as a share of what lies between horizon and lower edge. Smaller: a farther
@@ -58,6 +76,8 @@ struct PlanarPriorResult {
   double camera_height = 0;      ///< In the unit of depth, after scaling.
   double backdrop_distance = 0;  ///< Level distance, in the unit of depth.
   double sky_share = 0;          ///< Of the first frame.
+  SkyEvidence sky;               ///< Of the picture that shows the backdrop.
+  std::vector<double> contour;   ///< As in the options, for every column. Empty where the ground ends at a level line.
   double foreground_share = 0;   ///< Mean over frames.
   /// One line for a log.
   std::string brief() const;

@@ -61,19 +61,44 @@ void find_rows(const ImageRgb& picture, const ForegroundMask& covered, const Ima
   }
 }
 
+/// Level distance at which the ground's tilt against the line of sight reaches the limit in the picture's corner.
+double farthest_ground(const Intrinsics& intrinsics, const PlanarPriorOptions& options, int width) {
+  const double aside = std::max(std::fabs(intrinsics.cx), std::fabs(width - intrinsics.cx)) / intrinsics.fx;
+  const double tilt = options.steepest_ground * 3.14159265358979323846 / 180;
+  return options.camera_height * std::max(1.0, std::tan(tilt) / std::hypot(1.0, aside));
+}
+
 Layout build_layout(const PlanarPriorResult& rows, const Intrinsics& intrinsics, const PlanarPriorOptions& options,
-                    int height) {
+                    Size size) {
   Layout layout;
   layout.intrinsics = intrinsics;
   layout.camera_height = options.camera_height;
   layout.pitch = std::atan((intrinsics.cy - rows.horizon_row) / intrinsics.fy);
   double distance = layout.ground_distance(rows.backdrop_row);
   // Without ground in sight nothing ties the backdrop to the camera's height; a room's length is as good as any.
-  const bool has_ground = rows.backdrop_row < height && distance > 0 && std::isfinite(distance);
+  const bool has_ground = rows.backdrop_row < size.height && distance > 0 && std::isfinite(distance);
   if (!has_ground) distance = 4 * options.camera_height;
-  // A row next to the horizon would put the backdrop at the end of the world.
-  layout.backdrop_distance = std::min(distance, 1000 * options.camera_height);
+  layout.backdrop_distance = std::min(distance, farthest_ground(intrinsics, options, size.width));
   return layout;
+}
+
+/// The contour that was given or found, and the layout that its farthest part asks for.
+void find_contour(const ImageRgb& picture, const ForegroundMask& covered, const Image<std::uint8_t>& sky,
+                  const PlanarPriorOptions& options, Layout& layout, PlanarPriorResult& out) {
+  if (!options.contour.empty()) {
+    out.contour = options.contour;
+  } else if (options.find_contour && options.locked_off && !options.backdrop_row) {
+    const double limit = farthest_ground(layout.intrinsics, options, picture.width());
+    out.contour = layers::find_contour(picture, covered, sky, out.horizon_row, out.backdrop_row,
+                                       std::max(0.0, layout.ground_row(limit)));
+    if (out.contour.empty()) return;
+    std::vector<double> rows = out.contour;
+    const auto far = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 10);
+    std::nth_element(rows.begin(), far, rows.end());
+    out.backdrop_row = *far;
+    out.backdrop_from = LayoutCue::colour;
+    layout.backdrop_distance = std::min(limit, layout.ground_distance(out.backdrop_row));
+  }
 }
 
 double median_of(const DepthMap& depth) {
@@ -98,6 +123,11 @@ void write_notes(const PlanarPriorOptions& options, PlanarPriorResult& result) {
   notes.push_back(fmt::format("horizon at row {:.0f} ({}), the ground ends at row {:.0f} ({}), backdrop {:.3g} away",
                               result.horizon_row, to_string(result.horizon_from), result.backdrop_row,
                               to_string(result.backdrop_from), result.backdrop_distance));
+  const SkyEvidence& sky = result.sky;
+  if (sky.share > 0)
+    notes.push_back(fmt::format(
+        "{}: {:.0f} % of the picture and {:.0f} % of its upper edge look like one, {:.2f} times as bright as the rest",
+        sky.believed ? "there is a sky" : "no sky", 100 * sky.share, 100 * sky.of_edge, sky.contrast));
   if (result.foreground_share == 0)
     notes.emplace_back("there is no foreground, so nothing but ground and backdrop has parallax");
   if (!options.locked_off && result.geometry.frames.size() > 1)
@@ -121,6 +151,8 @@ void PlanarPriorOptions::check() const {
   const auto finite = [](const std::optional<double>& v) { return !v || std::isfinite(*v); };
   require(finite(horizon_row) && finite(backdrop_row), "planar prior: rows must be finite, got {} and {}",
           horizon_row.value_or(0), backdrop_row.value_or(0));
+  require(steepest_ground > 0 && steepest_ground < 90, "planar prior: steepest_ground must be in (0, 90), got {}",
+          steepest_ground);
   require(camera_height > 0 && std::isfinite(camera_height), "planar prior: camera_height must be positive, got {}",
           camera_height);
   require(median_depth >= 0 && std::isfinite(median_depth), "planar prior: median_depth must not be negative, got {}",
@@ -150,6 +182,10 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
                                Monitor& monitor) {
   options.check();
   check_input(frames, foreground, intrinsics);
+  const auto width = static_cast<std::size_t>(frames.front().width());
+  require(options.contour.empty() || options.contour.size() == width,
+          "planar prior: the contour has {} rows for {} columns", options.contour.size(), width);
+  for (double row : options.contour) require(std::isfinite(row), "planar prior: the contour has a row {}", row);
   const DeterministicCv deterministic;
   const Size size = frames.front().size();
   const auto count = static_cast<int>(frames.size());
@@ -161,16 +197,17 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
   const ImageRgb backdrop =
       layers::backdrop_picture(frames.first(shown), foreground.empty() ? foreground : foreground.first(shown),
                                options.backdrop_samples, covered);
-  const auto sky_of = [&](const ImageRgb& picture, const ForegroundMask& mask) {
-    return options.find_sky ? layers::find_sky(picture, mask) : Image<std::uint8_t>(size);
+  const auto sky_of = [&](const ImageRgb& picture, const ForegroundMask& mask, SkyEvidence& evidence) {
+    return options.find_sky ? layers::find_sky(picture, mask, evidence) : Image<std::uint8_t>(size);
   };
-  const Image<std::uint8_t> sky = sky_of(backdrop, covered);
+  const Image<std::uint8_t> sky = sky_of(backdrop, covered, result.sky);
   find_rows(backdrop, covered, sky, options, result);
-  const Layout layout = build_layout(result, intrinsics, options, size.height);
+  Layout layout = build_layout(result, intrinsics, options, size);
+  find_contour(backdrop, covered, sky, options, layout, result);
   result.pitch = layout.pitch;
   result.camera_height = layout.camera_height;
   result.backdrop_distance = layout.backdrop_distance;
-  const FrameGeometry behind = layers::backdrop_geometry(layout, sky, options.sky_distance);
+  const FrameGeometry behind = layers::backdrop_geometry(layout, result.contour, sky, options.sky_distance);
   result.sky_share =
       static_cast<double>(std::count(sky.pixels().begin(), sky.pixels().end(), 1)) / static_cast<double>(size.pixels());
   monitor.step("prior: backdrop", 1, 1);
@@ -189,11 +226,13 @@ PlanarPriorResult planar_prior(std::span<const ImageRgb> frames, std::span<const
     for (int i = from; i < to; ++i) {
       const auto f = static_cast<std::size_t>(i);
       FrameGeometry& frame = result.geometry.frames[f];
+      SkyEvidence evidence;
       frame = options.locked_off || i == 0
                   ? behind
-                  : layers::backdrop_geometry(layout,
-                                              sky_of(frames[f], foreground.empty() ? ForegroundMask() : foreground[f]),
-                                              options.sky_distance);
+                  : layers::backdrop_geometry(
+                        layout, result.contour,
+                        sky_of(frames[f], foreground.empty() ? ForegroundMask() : foreground[f], evidence),
+                        options.sky_distance);
       if (!foreground.empty()) layers::place_pieces(pieces[f], layout, options, frame);
     }
   });

@@ -12,58 +12,7 @@
 namespace uwv::layers {
 namespace {
 
-constexpr float ground_confidence = 0.3F, backdrop_confidence = 0.2F, sky_confidence = 0.1F;
-
-bool looks_like_sky(const cv::Vec3f& c, float rough) {
-  const float brightest = std::max({c[0], c[1], c[2]}), darkest = std::min({c[0], c[1], c[2]});
-  const bool blue = c[2] > 90 && c[2] >= 1.08F * c[0] && c[2] >= 0.98F * c[1];
-  // Overcast is neutral or bluish; white walls in lamp light are warm.
-  const bool pale = darkest > 185 && brightest - darkest < 40 && c[2] >= c[0] - 2;
-  return (blue && rough < 9) || (pale && rough < 4);
-}
-
-/// Standard deviation in a window of 7, the largest of the three channels: sky is smooth where leaves are not.
-cv::Mat roughness(const cv::Mat& colour) {
-  cv::Mat mean, mean_of_squares, deviation;
-  cv::blur(colour, mean, {7, 7});
-  cv::blur(colour.mul(colour), mean_of_squares, {7, 7});
-  cv::sqrt(cv::max(mean_of_squares - mean.mul(mean), 0), deviation);
-  std::array<cv::Mat, 3> channels;
-  cv::split(deviation, channels.data());
-  return cv::max(channels[0], cv::max(channels[1], channels[2]));
-}
-
-/// Keeps what touches the upper edge.
-void keep_top(cv::Mat& mask) {
-  cv::Mat labels;
-  const int count = cv::connectedComponents(mask, labels, 4);
-  std::vector<std::uint8_t> at_top(static_cast<std::size_t>(count), 0);
-  for (int x = 0; x < labels.cols; ++x) at_top[static_cast<std::size_t>(labels.at<int>(0, x))] = 1;
-  at_top[0] = 0;
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x)
-      mask.at<std::uint8_t>(y, x) = at_top[static_cast<std::size_t>(labels.at<int>(y, x))];
-}
-
-/// Clouds' outlines leave gaps, which would stand before the sky like a fence; what the sky encloses is sky.
-void fill_gaps(cv::Mat& mask, double diameter) {
-  const int side = std::max(1, cvRound(diameter)) | 1;
-  const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
-  cv::Mat closed;
-  cv::morphologyEx(mask, closed, cv::MORPH_CLOSE, disc);
-  cv::Mat outside = closed == 0, labels;
-  const int count = cv::connectedComponents(outside, labels, 4);
-  std::vector<std::uint8_t> open(static_cast<std::size_t>(count), 0);
-  const int last = labels.rows - 1;
-  for (int x = 0; x < labels.cols; ++x) open[static_cast<std::size_t>(labels.at<int>(last, x))] = 1;
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x : {0, labels.cols - 1}) open[static_cast<std::size_t>(labels.at<int>(y, x))] = 1;
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x) {
-      const auto label = static_cast<std::size_t>(labels.at<int>(y, x));
-      mask.at<std::uint8_t>(y, x) = label == 0 || open[label] == 0;
-    }
-}
+constexpr float backdrop_confidence = 0.2F, sky_confidence = 0.1F;
 
 /// Mean Lab colour and roughness of every row's background; rows without any have weight 0.
 struct RowLook {
@@ -92,6 +41,16 @@ double squared(const cv::Vec4d& v) { return v.dot(v); }
 
 }  // namespace
 
+cv::Mat roughness(const cv::Mat& colour) {
+  cv::Mat mean, mean_of_squares, deviation;
+  cv::blur(colour, mean, {7, 7});
+  cv::blur(colour.mul(colour), mean_of_squares, {7, 7});
+  cv::sqrt(cv::max(mean_of_squares - mean.mul(mean), 0), deviation);
+  std::array<cv::Mat, 3> channels;
+  cv::split(deviation, channels.data());
+  return cv::max(channels[0], cv::max(channels[1], channels[2]));
+}
+
 double Layout::horizon_row() const { return intrinsics.cy - intrinsics.fy * std::tan(pitch); }
 
 double Layout::ground_depth(double v) const {
@@ -113,41 +72,8 @@ double Layout::ground_distance(double v) const {
   return depth * (std::cos(pitch) - slope * std::sin(pitch));
 }
 
-Image<std::uint8_t> find_sky(const ImageRgb& picture, const ForegroundMask& foreground) {
-  Image<std::uint8_t> sky(picture.size());
-  cv::Mat colour;
-  view(picture).convertTo(colour, CV_32F);
-  const cv::Mat rough = roughness(colour);
-  for (int y = 0; y < picture.height(); ++y)
-    for (int x = 0; x < picture.width(); ++x) {
-      const bool covered = !foreground.empty() && foreground(x, y) != 0;
-      sky(x, y) = !covered && looks_like_sky(colour.at<cv::Vec3f>(y, x), rough.at<float>(y, x));
-    }
-  cv::Mat mask = view(sky);
-  keep_top(mask);
-  // Windows and lamps also touch the upper edge; sky covers much of it.
-  const double share = static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(picture.size().pixels());
-  const double of_edge = static_cast<double>(cv::countNonZero(mask.row(0))) / picture.width();
-  if (share < 0.03 || of_edge < 0.35)
-    sky.fill(0);
-  else
-    fill_gaps(mask, 0.03 * picture.height());
-  return sky;
-}
-
-std::optional<double> horizon_from_sky(const Image<std::uint8_t>& sky) {
-  std::vector<int> ends;
-  for (int x = 0; x < sky.width(); ++x) {
-    int y = 0;
-    while (y < sky.height() && sky(x, y) != 0) ++y;
-    if (y > 0) ends.push_back(y);
-  }
-  if (static_cast<int>(ends.size()) < 0.7 * sky.width()) return std::nullopt;
-  std::sort(ends.begin(), ends.end());
-  const int low = ends[ends.size() / 5], middle = ends[ends.size() / 2], high = ends[ends.size() * 4 / 5];
-  const int height = sky.height();
-  if (high - low > 0.06 * height || middle < 0.15 * height || middle > 0.75 * height) return std::nullopt;
-  return middle;
+double Layout::ground_row(double distance) const {
+  return intrinsics.cy + intrinsics.fy * std::tan(std::atan(camera_height / distance) - pitch);
 }
 
 std::optional<double> ground_end(const ImageRgb& picture, const ForegroundMask& foreground, double horizon_row) {
@@ -222,17 +148,20 @@ ImageRgb backdrop_picture(std::span<const ImageRgb> frames, std::span<const Fore
   return out;
 }
 
-FrameGeometry backdrop_geometry(const Layout& layout, const Image<std::uint8_t>& sky, double sky_distance) {
+FrameGeometry backdrop_geometry(const Layout& layout, const std::vector<double>& contour,
+                                const Image<std::uint8_t>& sky, double sky_distance) {
   FrameGeometry out{DepthMap(sky.size()), ConfidenceMap(sky.size())};
+  const double farthest = layout.backdrop_distance;
+  std::vector<double> wall(static_cast<std::size_t>(sky.width()), farthest);  // level distance of every column's
+  for (std::size_t x = 0; x < contour.size(); ++x) wall[x] = std::min(farthest, layout.ground_distance(contour[x]));
   for (int y = 0; y < sky.height(); ++y) {
-    const double v = y + 0.5;
-    const double wall = layout.wall_depth(v, layout.backdrop_distance);
-    const bool on_ground = layout.ground_distance(v) < layout.backdrop_distance;
-    const double land = on_ground ? layout.ground_depth(v) : wall;
-    const double far = layout.wall_depth(v, layout.backdrop_distance * sky_distance);
+    const double v = y + 0.5, ground = layout.ground_depth(v), ground_distance = layout.ground_distance(v);
+    const double depth_of_distance = layout.wall_depth(v, 1);
     for (int x = 0; x < sky.width(); ++x) {
-      const bool is_sky = sky(x, y) != 0 && !on_ground;
-      out.depth(x, y) = static_cast<float>(is_sky ? far : land);
+      const double standing = wall[static_cast<std::size_t>(x)];
+      const bool on_ground = ground_distance < standing, is_sky = sky(x, y) != 0 && !on_ground;
+      const double distance = is_sky ? farthest * sky_distance : standing;
+      out.depth(x, y) = static_cast<float>(on_ground ? ground : distance * depth_of_distance);
       out.confidence(x, y) = is_sky ? sky_confidence : on_ground ? ground_confidence : backdrop_confidence;
     }
   }

@@ -2,6 +2,7 @@
 // What stands on the ground of the planar prior.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +14,7 @@ namespace uwv::layers {
 namespace {
 
 constexpr float foreground_confidence = 0.25F;
+constexpr double clear_of_wall = 0.97;  // of the depth behind it: a subject is not inside what it stands before
 
 cv::Mat view_labels(Image<std::int32_t>& labels) { return {labels.height(), labels.width(), CV_32SC1, labels.data()}; }
 
@@ -151,7 +153,11 @@ void place_pieces(const Pieces& pieces, const Layout& layout, const PlanarPriorO
     for (int x = 0; x < size.width; ++x) {
       if (pieces.labels(x, y) <= 0) continue;
       const auto piece = static_cast<std::size_t>(pieces.labels(x, y) - 1);
-      const double upright = layout.wall_depth(y + 0.5, distance[piece]);
+      // Below its contact the ground is in front of it and rightly so; a wall is not.
+      const double wall = frame.confidence(x, y) < ground_confidence
+                              ? clear_of_wall * static_cast<double>(frame.depth(x, y))
+                              : std::numeric_limits<double>::infinity();
+      const double upright = std::min(wall, layout.wall_depth(y + 0.5, distance[piece]));
       const double d = to_edge.at<float>(y, x);
       const double bulge = options.relief * std::sqrt(d * (2 * radius[piece] - d)) * upright / layout.intrinsics.fx;
       // A wide lens makes a subject wider than it is far: the bulge must not reach the camera.

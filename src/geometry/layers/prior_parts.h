@@ -2,6 +2,7 @@
 // The parts of the planar prior: what is read from the picture, and what is built from it.
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,6 +10,8 @@
 #include "uwv/geometry/planar_prior.h"
 
 namespace uwv::layers {
+
+constexpr float ground_confidence = 0.3F;  ///< The greatest of a prior; walls and sky have less.
 
 /// A level ground and an upright wall, seen by a camera that looks down by `pitch`.
 struct Layout {
@@ -24,14 +27,20 @@ struct Layout {
   double wall_depth(double v, double distance) const;
   /// Level distance of the ground seen at row v; infinite at and above the horizon.
   double ground_distance(double v) const;
+  /// Row at which the ground at a level distance is seen.
+  double ground_row(double distance) const;
 };
 
 /// Row of the horizon by the vanishing point that most oblique lines agree on; empty when too few do.
 std::optional<double> horizon_from_lines(const ImageRgb& picture);
 
-/// 1 = sky: smooth, bright or blue, and joined to the upper edge. All 0 when that is too little to be sky. `foreground`
-/// may be empty.
-Image<std::uint8_t> find_sky(const ImageRgb& picture, const ForegroundMask& foreground);
+/// Standard deviation in a window of 7, the largest of the three channels of a float picture: sky is smooth where
+/// leaves are not.
+cv::Mat roughness(const cv::Mat& colour);
+
+/// 1 = sky: smooth, pale or blue, joined to the upper edge, and brighter than the rest of the picture. All 0 when the
+/// evidence is not believed. `foreground` may be empty.
+Image<std::uint8_t> find_sky(const ImageRgb& picture, const ForegroundMask& foreground, SkyEvidence& evidence);
 
 /// Lower end of a sky that ends level enough to be the horizon.
 std::optional<double> horizon_from_sky(const Image<std::uint8_t>& sky);
@@ -39,13 +48,21 @@ std::optional<double> horizon_from_sky(const Image<std::uint8_t>& sky);
 /// Row, in (horizon, height), at which the colour of whole rows changes most; empty when none stands out.
 std::optional<double> ground_end(const ImageRgb& picture, const ForegroundMask& foreground, double horizon_row);
 
+/// The contour that divides colours of the ground from those of what stands on it, by dynamic programming over columns.
+/// `start` is a first guess of its row, `highest` the least row it may have. Empty when the colours do not differ
+/// enough to tell.
+std::vector<double> find_contour(const ImageRgb& picture, const ForegroundMask& foreground,
+                                 const Image<std::uint8_t>& sky, double horizon_row, double start, double highest);
+
 /// What a locked-off camera sees behind its foreground: the median of what was not foreground in up to `samples`
 /// frames, of everything where it always was. `always` says where that is.
 ImageRgb backdrop_picture(std::span<const ImageRgb> frames, std::span<const ForegroundMask> foreground, int samples,
                           ForegroundMask& always);
 
-/// Ground, backdrop and sky of one picture.
-FrameGeometry backdrop_geometry(const Layout& layout, const Image<std::uint8_t>& sky, double sky_distance);
+/// Ground, backdrop and sky of one picture. What is narrow stands before the wall up to the horizon, which is as high
+/// as the camera.
+FrameGeometry backdrop_geometry(const Layout& layout, const std::vector<double>& contour,
+                                const Image<std::uint8_t>& sky, double sky_distance);
 
 /// A connected piece of foreground in one frame.
 struct Piece {

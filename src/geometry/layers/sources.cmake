@@ -10,7 +10,9 @@ target_sources(uwv_geometry PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/horizon.cpp
   ${CMAKE_CURRENT_LIST_DIR}/planar_prior.cpp
   ${CMAKE_CURRENT_LIST_DIR}/prior_backdrop.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/prior_contour.cpp
   ${CMAKE_CURRENT_LIST_DIR}/prior_foreground.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/prior_sky.cpp
   ${CMAKE_CURRENT_LIST_DIR}/saliency_network.cpp
   ${CMAKE_CURRENT_LIST_DIR}/smooth_fill.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view_sightings.cpp

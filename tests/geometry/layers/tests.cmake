@@ -5,6 +5,7 @@ uwv_add_test(geometry_layers
     layers/background_from_views_test.cpp
     layers/foreground_propagation_test.cpp
     layers/foreground_test.cpp
+    layers/planar_prior_layout_test.cpp
     layers/planar_prior_test.cpp
     layers/saliency_test.cpp
     layers/view_sightings_test.cpp
