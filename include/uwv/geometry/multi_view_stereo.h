@@ -46,8 +46,9 @@ struct MvsSummary {
   std::string brief() const;
 };
 
-/// Plane sweep, semi-global aggregation (Hirschmueller, PAMI 2008), agreement between views, filling along edges of
-/// colour. Results do not depend on the number of threads, nor but for roundings on the unit or the world's origin.
+/// Plane sweep, semi-global aggregation (Hirschmueller, PAMI 2008), steps of depth moved to the picture's edges by
+/// medians weighted by colour, agreement between views, filling along edges of colour. Results do not depend on the
+/// number of threads, nor but for roundings on the unit or the world's origin.
 ///
 /// `cameras` one per frame; `points` bound the depth range (their observations are not used; without points the range
 /// is guessed from the cameras' distances, and noted). `static_pixels`: empty or one mask a frame, which may be empty;

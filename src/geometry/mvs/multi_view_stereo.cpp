@@ -8,6 +8,7 @@
 #include "geometry/mvs/carry.h"
 #include "geometry/mvs/completion.h"
 #include "geometry/mvs/consistency.h"
+#include "geometry/mvs/edge_snapping.h"
 #include "geometry/mvs/view_selection.h"
 
 namespace uwv {
@@ -16,6 +17,16 @@ namespace {
 
 constexpr float lent_confidence = 0.45F;  // Measured, but not here; more than a filling.
 constexpr double scratch_bytes = 512e6;   // Frames in work at once share this much memory for their cost volumes.
+
+/// Steps that were carried, filled or made larger lie beside the picture's edges again. What takes another depth was
+/// not confirmed there.
+void sharpen(const ImageRgb& frame, RatedDepth& depth) {
+  const InverseDepthMap before = depth.inverse_depth;
+  snap_to_edges(frame, depth.inverse_depth);
+  for (std::size_t i = 0; i < before.size().pixels(); ++i)
+    if (depth.inverse_depth.data()[i] != before.data()[i])
+      depth.confidence.data()[i] = std::min(depth.confidence.data()[i], lent_confidence);
+}
 
 /// One call's work, step by step. Frames are worked on in parallel, each by one thread, so that results do not depend
 /// on the number of threads.
@@ -117,6 +128,7 @@ class Job {
       Scratch& mine = scratch[static_cast<std::size_t>(part)];
       sweep_planes(reference, others, ranges_[k], options_.planes, mine.volume);
       aggregate(mine.volume, reference.grey, mine.sums, matched_[k]);
+      snap_to_edges(reference.colour, matched_[k].inverse_depth);
     });
   }
 
@@ -190,7 +202,9 @@ class Job {
     in_batches("completing", count(), 2 * static_cast<std::size_t>(pool_.size()), [&](std::size_t i, int) {
       RatedDepth depth = depth_of(i);
       if (options_.complete) complete(views_[i], depth);
-      out[i] = to_scene(upsample(views_[i], depth, frames_[i], options_.consistency), i);
+      RatedDepth full = upsample(views_[i], depth, frames_[i], options_.consistency);
+      if (options_.complete) sharpen(frames_[i], full);
+      out[i] = to_scene(full, i);
     });
   }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/mvs/clip.h"
+#include "uwv/eval/depth_metrics.h"
 
 namespace uwv {
 namespace {
@@ -98,6 +99,30 @@ TEST(MultiViewStereo, DoesNotSmearDepthAcrossTheBallsOutline) {
   }
   ASSERT_GT(beside, 100);
   EXPECT_LT(between, 0.2 * beside) << between << " of " << beside;
+}
+
+/// Windows of matching widen what is near by two to four pixels; an edge counts as found within one.
+DepthEdgeScore edges_of(const Outcome& result, const Clip& clip) {
+  std::vector<DepthEdgeScore> scores;
+  for (std::size_t i = 0; i < clip.truth.size(); ++i)
+    scores.push_back(compare_depth_edges(result.frames[i].depth, clip.truth[i]));
+  return pooled(scores);
+}
+
+TEST(MultiViewStereo, PutsTheBallsOutlineWhereItIs) {
+  const Clip clip = ball_clip();
+  const Outcome result = run(clip);
+  const DepthError e = test::mean_error(result.frames, clip.truth);
+  EXPECT_GT(edges_of(result, clip).f, 0.66);
+  EXPECT_LT(e.rel_all, 0.0095) << describe(e);
+}
+
+TEST(MultiViewStereo, PutsTheBoxesOutlinesWhereTheyAre) {
+  const Clip clip = room_clip();
+  const Outcome result = run(clip);
+  const DepthError e = test::mean_error(result.frames, clip.truth);
+  EXPECT_GT(edges_of(result, clip).f, 0.58);
+  EXPECT_LT(e.rel_all, 0.0212) << describe(e);
 }
 
 TEST(MultiViewStereo, ToleratesAFrameOfAnotherExposure) {

@@ -9,6 +9,7 @@
 #include "geometry/mvs/carry.h"
 #include "geometry/mvs/completion.h"
 #include "geometry/mvs/consistency.h"
+#include "geometry/mvs/edge_snapping.h"
 #include "geometry/mvs/view_selection.h"
 
 namespace uwv::mvs {
@@ -150,6 +151,49 @@ TEST(Upsample, FollowsTheEdgeOfThePicture) {
       EXPECT_EQ(w, x < 25 ? 1 : 3) << x;
     }
   }
+}
+
+/// Red from column 24 on.
+ImageRgb halves() {
+  ImageRgb picture(size, Rgb8{80, 80, 80});
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 24; x < size.width; ++x) picture(x, y) = {220, 30, 30};
+  return picture;
+}
+
+TEST(SnapToEdges, PutsAStepBackOnTheOutline) {
+  for (const int spread : {-3, -1, 0, 2, 3}) {
+    InverseDepthMap depth(size, 1);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 24 + spread; x < size.width; ++x) depth(x, y) = 2;
+    snap_to_edges(halves(), depth);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) ASSERT_EQ(depth(x, y), x < 24 ? 1 : 2) << spread << ": " << x << ", " << y;
+  }
+}
+
+TEST(SnapToEdges, LeavesWhatHasNoStep) {
+  InverseDepthMap slope(size);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) slope(x, y) = 1 + 0.02F * static_cast<float>(x);
+  InverseDepthMap after = slope;
+  snap_to_edges(halves(), after);
+  EXPECT_TRUE(after == slope);
+}
+
+TEST(SnapToEdges, KnowsNothingOfWhatIsUnknown) {
+  InverseDepthMap depth(size, 0.0F);
+  for (int y = 4; y < 9; ++y)
+    for (int x = 20; x < 30; ++x) depth(x, y) = x < 25 ? 1e-9F : 1e9F;
+  const InverseDepthMap before = depth;
+  snap_to_edges(halves(), depth);
+  for (std::size_t i = 0; i < size.pixels(); ++i) {
+    ASSERT_EQ(depth.data()[i] > 0, before.data()[i] > 0);
+    ASSERT_TRUE(std::isfinite(depth.data()[i]));
+  }
+  InverseDepthMap one(1, 1, 0.5F);
+  snap_to_edges(ImageRgb(1, 1), one);
+  EXPECT_EQ(one(0, 0), 0.5F);
 }
 
 TEST(Speckles, GoAndLargePatchesStay) {
