@@ -15,6 +15,8 @@
 namespace uwv::sfm {
 namespace {
 
+constexpr std::size_t dense_cameras = 100;  // up to which the dense solver is as fast, or nearly
+
 using Block = std::array<double, 6>;  // camera: angle-axis and translation of cam_from_world
 
 /// What all observations of one camera share, worked out once per step of the solver.
@@ -161,7 +163,8 @@ class Adjustment {
   /// Root mean square error of the observations.
   double solve(int iterations, double tolerance) {
     ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_SCHUR;
+    // The sparse solver prints a warning to stderr whenever rounding costs it a step; few cameras do without it.
+    options.linear_solver_type = terms_.cameras.size() <= dense_cameras ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (double* point : points_) options.linear_solver_ordering->AddElementToGroup(point, 0);
     for (Block& block : terms_.blocks)
