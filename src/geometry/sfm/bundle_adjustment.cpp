@@ -133,7 +133,8 @@ Rigid3 pose_of(const Block& block) {
 class Adjustment {
  public:
   /// The cameras' blocks are where `cameras` says and stay there.
-  Adjustment(const Intrinsics& lens, std::size_t cameras) : problem_(options_of(terms_)) {
+  Adjustment(const Intrinsics& lens, std::size_t cameras, double loss_px)
+      : loss_(loss_px), problem_(options_of(terms_)) {
     terms_.lens = lens;
     terms_.cameras.resize(cameras);
     terms_.blocks.assign(cameras + 1, Block{});
@@ -193,7 +194,7 @@ class Adjustment {
   std::deque<Reprojection> costs_;
   std::optional<FocalPrior> prior_;
   std::vector<double*> points_;
-  ceres::CauchyLoss loss_{1.0};
+  ceres::CauchyLoss loss_;
   ceres::Problem problem_;
 };
 
@@ -221,7 +222,7 @@ std::vector<int> Reconstruction::registered() const {
 double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options) {
   const std::vector<int> frames = reconstruction.registered();
   if (frames.empty()) return 0;
-  Adjustment adjustment(reconstruction.lens, frames.size());
+  Adjustment adjustment(reconstruction.lens, frames.size(), options.loss_px);
   std::vector<std::size_t> camera_of(reconstruction.cam_from_world.size(), 0);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     camera_of[static_cast<std::size_t>(frames[i])] = i;
@@ -256,7 +257,7 @@ double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, 
 
 Rigid3 adjusted_camera(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
                        std::span<const std::size_t> seen, int frame, const Rigid3& pose, double gate_px) {
-  Adjustment adjustment(reconstruction.lens, 1);
+  Adjustment adjustment(reconstruction.lens, 1, AdjustOptions{}.loss_px);
   adjustment.set_pose(0, pose);
   std::vector<Eigen::Vector3d> points;  // the solver wants to write where it holds still
   points.reserve(seen.size());

@@ -36,7 +36,6 @@ TEST(StructureFromMotion, TracksDoNotDrift) {
   const Clip clip = orbit_in_room();
   const SfmResult result = solve(clip, with_lens(clip));
   const TrajectoryError error = error_of(result, clip);
-  printf("DRIFT %g %g\n", error.ate_rmse / error.truth_length, result.rms_error_px);
   EXPECT_LT(error.ate_rmse, 0.0005 * error.truth_length) << result.brief();
 }
 
