@@ -15,6 +15,8 @@
 namespace uwv::sfm {
 namespace {
 
+constexpr std::size_t dense_cameras = 100;  // up to which the dense solver is as fast, or nearly
+
 using Block = std::array<double, 6>;  // camera: angle-axis and translation of cam_from_world
 
 /// What all observations of one camera share, worked out once per step of the solver.
@@ -131,7 +133,8 @@ Rigid3 pose_of(const Block& block) {
 class Adjustment {
  public:
   /// The cameras' blocks are where `cameras` says and stay there.
-  Adjustment(const Intrinsics& lens, std::size_t cameras) : problem_(options_of(terms_)) {
+  Adjustment(const Intrinsics& lens, std::size_t cameras, double loss_px)
+      : loss_(loss_px), problem_(options_of(terms_)) {
     terms_.lens = lens;
     terms_.cameras.resize(cameras);
     terms_.blocks.assign(cameras + 1, Block{});
@@ -161,7 +164,8 @@ class Adjustment {
   /// Root mean square error of the observations.
   double solve(int iterations, double tolerance) {
     ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_SCHUR;
+    // The sparse solver prints a warning to stderr whenever rounding costs it a step; few cameras do without it.
+    options.linear_solver_type = terms_.cameras.size() <= dense_cameras ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (double* point : points_) options.linear_solver_ordering->AddElementToGroup(point, 0);
     for (Block& block : terms_.blocks)
@@ -190,7 +194,7 @@ class Adjustment {
   std::deque<Reprojection> costs_;
   std::optional<FocalPrior> prior_;
   std::vector<double*> points_;
-  ceres::CauchyLoss loss_{1.0};
+  ceres::CauchyLoss loss_;
   ceres::Problem problem_;
 };
 
@@ -218,7 +222,7 @@ std::vector<int> Reconstruction::registered() const {
 double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, const AdjustOptions& options) {
   const std::vector<int> frames = reconstruction.registered();
   if (frames.empty()) return 0;
-  Adjustment adjustment(reconstruction.lens, frames.size());
+  Adjustment adjustment(reconstruction.lens, frames.size(), options.loss_px);
   std::vector<std::size_t> camera_of(reconstruction.cam_from_world.size(), 0);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     camera_of[static_cast<std::size_t>(frames[i])] = i;
@@ -253,7 +257,7 @@ double adjust(Reconstruction& reconstruction, const std::vector<Track>& tracks, 
 
 Rigid3 adjusted_camera(const Reconstruction& reconstruction, const std::vector<Track>& tracks,
                        std::span<const std::size_t> seen, int frame, const Rigid3& pose, double gate_px) {
-  Adjustment adjustment(reconstruction.lens, 1);
+  Adjustment adjustment(reconstruction.lens, 1, AdjustOptions{}.loss_px);
   adjustment.set_pose(0, pose);
   std::vector<Eigen::Vector3d> points;  // the solver wants to write where it holds still
   points.reserve(seen.size());

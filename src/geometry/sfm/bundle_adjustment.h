@@ -31,6 +31,7 @@ struct AdjustOptions {
   bool move_points = true;       ///< False: only the cameras move.
   bool fix_translation = false;  ///< True: rotations (and points at infinity) only.
   double gate_px = 4;            ///< Observations farther off take no part.
+  double loss_px = 1;  ///< Scale of the Cauchy loss: an observation farther off than this counts less and less.
   int iterations = 20;
   double tolerance = 1e-5;  ///< Ends when a step gains less than this share of the cost.
 };

@@ -6,6 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "geometry/sfm/grey_picture.h"
+
 namespace uwv::sfm {
 namespace {
 
@@ -21,10 +23,8 @@ struct Picture {
 };
 
 Picture picture_of(const ImageRgb& frame, Size size) {
-  const cv::Mat rgb(frame.height(), frame.width(), CV_8UC3, const_cast<Rgb8*>(frame.data()));
   Picture out;
-  cv::cvtColor(rgb, out.grey, cv::COLOR_RGB2GRAY);
-  if (frame.size() != size) cv::resize(out.grey, out.grey, {size.width, size.height}, 0, 0, cv::INTER_AREA);
+  out.grey = grey_of(frame, size);
   cv::buildOpticalFlowPyramid(out.grey, out.pyramid, {window, window}, levels);
   out.histogram.assign(32, 0.0F);
   const float one = 1.0F / static_cast<float>(out.grey.total());
@@ -102,6 +102,14 @@ Eigen::Vector2d centre_rule(const cv::Point2f& p) {
 }
 
 }  // namespace
+
+cv::Mat grey_of(const ImageRgb& frame, Size size) {
+  const cv::Mat rgb(frame.height(), frame.width(), CV_8UC3, const_cast<Rgb8*>(frame.data()));
+  cv::Mat out;
+  cv::cvtColor(rgb, out, cv::COLOR_RGB2GRAY);
+  if (frame.size() != size) cv::resize(out, out, {size.width, size.height}, 0, 0, cv::INTER_AREA);
+  return out;
+}
 
 TrackedClip track_features(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool,
                            Monitor& monitor) {

@@ -10,6 +10,8 @@
 namespace uwv::sfm {
 namespace {
 
+constexpr double settled_loss_px = 0.3;  // some times the noise of refined tracks; on the way errors are larger
+
 /// The frame that sees most of the known points.
 int best_seen(const Reconstruction& reconstruction, const std::vector<Track>& tracks, const std::set<int>& open) {
   int best = -1;
@@ -84,6 +86,7 @@ void settle(Reconstruction& reconstruction, const std::vector<Track>& tracks, co
     triangulate_all(reconstruction, tracks, options.max_error_px, min_ray_angle);
     AdjustOptions last = adjustment(options, true);
     last.tolerance = 1e-5;
+    last.loss_px = settled_loss_px;
     last.gate_px = (round == 0 ? 2 : 1) * options.max_error_px;
     adjust(reconstruction, tracks, last);
   }

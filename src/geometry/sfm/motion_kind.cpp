@@ -27,7 +27,9 @@ double turning_leaves(const std::vector<Track>& tracks, std::span<const FramePai
   double worst = 0;
   for (const FramePair& pair : pairs) {
     const PairMatches matches = matches_between(tracks, pair.a, pair.b);
-    worst = std::max(worst, median(rotation_residuals(matches, lens, fit_rotation(matches, lens))));
+    // A false lens may put what is turned behind the camera; not to turn at all is a rotation through any lens.
+    const double unturned = median(rotation_residuals(matches, lens, Eigen::Matrix3d::Identity()));
+    worst = std::max(worst, std::min(unturned, median(rotation_residuals(matches, lens, fit_rotation(matches, lens)))));
     if (worst >= enough) break;
   }
   return worst;

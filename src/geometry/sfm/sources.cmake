@@ -9,6 +9,7 @@ target_sources(uwv_geometry PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/resection.cpp
   ${CMAKE_CURRENT_LIST_DIR}/result.cpp
   ${CMAKE_CURRENT_LIST_DIR}/structure_from_motion.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/track_refinement.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tracks.cpp
   ${CMAKE_CURRENT_LIST_DIR}/triangulation.cpp
   ${CMAKE_CURRENT_LIST_DIR}/turning.cpp

@@ -13,6 +13,7 @@
 #include "geometry/sfm/motion_kind.h"
 #include "geometry/sfm/resection.h"
 #include "geometry/sfm/result.h"
+#include "geometry/sfm/track_refinement.h"
 #include "geometry/sfm/triangulation.h"
 #include "geometry/sfm/turning.h"
 
@@ -98,13 +99,11 @@ std::vector<int> supported(std::vector<int> keyframes, int frames, int least) {
 class Job {
  public:
   Job(std::span<const ImageRgb> frames, const SfmOptions& options, ThreadPool& pool, Monitor& monitor)
-      : options_(options), pool_(pool), monitor_(monitor), full_(frames.front().size()) {
+      : frames_(frames), options_(options), pool_(pool), monitor_(monitor), full_(frames.front().size()) {
     clip_ = track_features(frames, options, pool, monitor);
     shot_ = longest_shot(clip_);
     tracks_ = tracks_of_shot(clip_, shot_.begin, shot_.end);
-    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
-    std::iota(all.begin(), all.end(), 0);
-    used_ = thinned(tracks_, all, adjusted_per_frame);
+    use_tracks();
   }
 
   SfmResult result() {
@@ -144,6 +143,16 @@ class Job {
   }
 
  private:
+  void use_tracks() {
+    std::vector<int> all(static_cast<std::size_t>(shot_.length()));
+    std::iota(all.begin(), all.end(), 0);
+    used_ = thinned(tracks_, all, adjusted_per_frame);
+  }
+
+  std::span<const ImageRgb> shot_frames() const {
+    return frames_.subspan(static_cast<std::size_t>(shot_.begin), static_cast<std::size_t>(shot_.length()));
+  }
+
   double scale() const { return static_cast<double>(full_.width) / clip_.size.width; }
 
   Intrinsics assumed_lens() const {
@@ -242,9 +251,12 @@ class Job {
     return outcome;
   }
 
+  /// Tracks are freed from drift, which would decide the accuracy; beginnings do not need that.
   /// The cameras found on few tracks carry over; the points are new, and so are some frames between.
   void adjust_all(Reconstruction& reconstruction) {
     monitor_.step("bundle adjustment", 0, 2);
+    tracks_ = refined_tracks(shot_frames(), clip_.size, tracks_, pool_);
+    use_tracks();
     const GrowOptions options = grow_options(!options_.intrinsics);
     reconstruction.points.assign(used_.size(), std::nullopt);
     triangulate_all(reconstruction, used_, options.max_error_px, min_ray_angle);
@@ -293,6 +305,7 @@ class Job {
     return std::move(result_);
   }
 
+  std::span<const ImageRgb> frames_;
   const SfmOptions& options_;
   ThreadPool& pool_;
   Monitor& monitor_;

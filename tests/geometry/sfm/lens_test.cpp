@@ -42,6 +42,7 @@ TEST(SfmLens, AWildlyWrongLensIsUsedButNotSilently) {
     const SfmResult result = solve(clip, with_fov(fov));
     ASSERT_TRUE(result.lens_doubt) << fov << ": " << result.brief();
     EXPECT_NEAR(result.lens_doubt->given_fov_deg, fov, 1e-6);
+    EXPECT_LT(result.parallax_px, clip_size.width / 4.0) << "tracks hardly go that far: " << fov;
     EXPECT_NEAR(result.lens_doubt->seen_fov_deg, 60, 8) << fov;
     EXPECT_GT(result.lens_doubt->given_error_px, result.lens_doubt->seen_error_px);
     ASSERT_EQ(result.notes.size(), 1U);

@@ -32,6 +32,13 @@ TEST(StructureFromMotion, FindsAnOrbitWithTheLensGiven) {
   for (const auto registered : result.registered) EXPECT_EQ(registered, 1);
 }
 
+TEST(StructureFromMotion, TracksDoNotDrift) {
+  const Clip clip = orbit_in_room();
+  const SfmResult result = solve(clip, with_lens(clip));
+  const TrajectoryError error = error_of(result, clip);
+  EXPECT_LT(error.ate_rmse, 0.0005 * error.truth_length) << result.brief();
+}
+
 TEST(StructureFromMotion, PointsLieOnTheScene) {
   const StockScene room = boxes_room(small_clip());
   const Clip clip = orbit_in_room();
