@@ -51,13 +51,18 @@ ValidityMask usable(const TrueClip& clip, const Geometry& geometry, std::size_t 
   return mask;
 }
 
-SourceFrame frame_of(const TrueClip& clip, const Geometry& geometry, std::size_t index) {
+SourceFrame frame_of(const TrueClip& clip, const std::vector<Camera>& cameras, const std::vector<DepthMap>& depths,
+                     std::size_t index) {
   SourceFrame source;
   source.index = static_cast<long>(index);
-  source.camera = geometry.cameras[index];
+  source.camera = cameras[index];
   source.colour = &clip.frames[index];
-  source.depth = &geometry.depths[index];
+  source.depth = &depths[index];
   return source;
+}
+
+SourceFrame frame_of(const TrueClip& clip, const Geometry& geometry, std::size_t index) {
+  return frame_of(clip, geometry.cameras, geometry.depths, index);
 }
 
 /// Frames that may help with `target` when it is made from `source`.
@@ -228,14 +233,7 @@ class PointTable {
     }
   };
 
-  SourceFrame frame(std::size_t index) const {
-    SourceFrame source;
-    source.index = static_cast<long>(index);
-    source.camera = clip_.cameras[index];
-    source.colour = &clip_.frames[index];
-    source.depth = &clip_.depths[index];
-    return source;
-  }
+  SourceFrame frame(std::size_t index) const { return frame_of(clip_, clip_.cameras, clip_.depths, index); }
 
   Thinned thin(std::size_t from, std::size_t to, double max_error) {
     DecimationOptions options;

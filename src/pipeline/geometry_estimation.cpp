@@ -99,6 +99,7 @@ class Estimation {
 
  private:
   Size size() const { return frames_.front().size(); }
+  bool depth_is_given() const { return network_ || !relative_.empty(); }
 
   void find_cameras() {
     if (options_.geometry == GeometryChoice::prior || frames_.size() == 1) {
@@ -118,15 +119,16 @@ class Estimation {
     result_.facts["structure_from_motion"] = facts_of(sfm_);
     for (const std::string& note : sfm_.notes) monitor_.warn(fmt::format("{}: {}", options_.video, note));
     if (!sfm_.cuts.empty())
-      monitor_.warn(
-          fmt::format("{}: the picture cuts at {} place(s), first at frame {}; what is found is of the longest shot, "
-                      "the depth of the others is assumed: use --start and --max-frames to take one",
-                      options_.video, sfm_.cuts.size(), sfm_.cuts.front()));
+      monitor_.warn(fmt::format(
+          "{}: the picture cuts at {} place(s), first at frame {}; what is found is of the longest shot, "
+          "{}: use --start and --max-frames to take one",
+          options_.video, sfm_.cuts.size(), sfm_.cuts.front(),
+          depth_is_given() ? "the cameras of the others are placeholders" : "the depth of the others is assumed"));
   }
 
   /// Everything that is estimated from the pictures alone is of one shot. Given depth is of every frame.
   std::optional<Shot> stay_in_shot() {
-    const std::optional<Shot> shot = network_ || !relative_.empty() ? std::nullopt : reconstructed_shot(sfm_);
+    const std::optional<Shot> shot = depth_is_given() ? std::nullopt : reconstructed_shot(sfm_);
     if (!shot) return shot;
     cuts_ = static_cast<int>(sfm_.cuts.size());
     sfm_ = of_shot(std::move(sfm_), *shot);
@@ -346,7 +348,7 @@ class Estimation {
 
   void bring_to_scale() {
     if (sfm_.motion == ClipMotion::moving)
-      result_.scene.cameras = sfm_.cameras;
+      result_.scene.cameras = sfm_.cameras, result_.scene.cameras_from = GeometryProvider::sfm;
     else
       refer_to_prior();
     constexpr float believed = 0.5F;  // another's estimate, at a scale that was measured

@@ -167,6 +167,22 @@ TEST_F(NetworkRun, TakesScaleAndShiftFromAPriorWhereNothingMoves) {
   EXPECT_THAT(monitor_.warnings, Contains(HasSubstr("those of a prior")));
 }
 
+TEST_F(NetworkRun, SaysThatCamerasOfOtherShotsArePlaceholders) {
+  film(9, 1.5);
+  ThreadPool pool;
+  const StockScene other = sphere_floor_wall({.size = {240, 136}});
+  const SyntheticFrame seen = render(other.scene, other.source, 0, pool, 2);
+  for (int i = 9; i < 12; ++i) {
+    write_png(folder_.file(fmt::format("clip/{:03}.png", i)), seen.colour);
+    depths_.push_back(seen.depth);
+  }
+  options_.layers = LayerChoice::off;
+  const RunSummary summary = run_with({told(NetworkDepth::metric, metres)});
+  EXPECT_EQ(facts_of(summary)["frames"], 12);
+  EXPECT_FALSE(facts_of(summary).contains("other_shots")) << "the network saw every frame: nothing is assumed";
+  EXPECT_THAT(monitor_.warnings, Contains(HasSubstr("the cameras of the others are placeholders")));
+}
+
 TEST_F(NetworkRun, PassesNormalsOn) {
   film(2, 0);
   options_.layers = LayerChoice::off;
