@@ -14,17 +14,18 @@
 
 namespace uwv {
 
-/// Time and error are of 41 frames of 640x480 of a living room with known cameras: the defaults take 0.17 s of one
-/// processor a frame, are 1.5% off where measured (90% of the pixels), and 2.7% in all.
+/// Time and error are of 21 frames of 640x480 of a living room with known cameras (docs/performance.md): the defaults
+/// take 0.12 s of one processor a frame, are 1.0% off where measured (93% of the pixels), and 1.2% in all.
 struct MvsOptions {
   /// Other views compared with, chosen for baseline and overlap; 1 to 16. 4 see most of what occlusion hides from two:
-  /// with 2, two thirds of the time, 82% measured.
+  /// with 2, three quarters of the time, 88% measured.
   int neighbours = 4;
-  /// Depth hypotheses, uniform in inverse depth; 4 to 1024. 64 are about a pixel of parallax each; 32 take two thirds
-  /// of the time and measure 86%, 128 take 1.6 times as long and gain little. Two views far apart gain from 128.
+  /// Depth hypotheses, uniform in inverse depth; 4 to 1024. 64 are about a pixel of parallax each; 32 take three
+  /// quarters of the time and measure 92%, 128 take 1.5 times as long and gain little. Two views far apart gain from
+  /// 128.
   int planes = 64;
-  /// Matching resolution relative to the frame, above 0 to 1. 0.5 takes half the time and blurs thin things (3.3% off
-  /// in all); 1 takes 1.6 times as long for 1.4% off where measured, and measures fewer (85%).
+  /// Matching resolution relative to the frame, above 0 to 1. 0.5 takes half the time and blurs thin things (1.3% off
+  /// in all); 1 takes 1.6 times as long, is no less off, and measures fewer (91%).
   double scale = 0.75;
   /// Match every n-th frame, and the last, and carry depth to those between by warping. 0 = the longest of 1 to 4 that
   /// moves four fifths of the keys by less than 2% of the picture's width; carrying costs little accuracy there.
