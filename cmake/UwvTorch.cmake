@@ -13,6 +13,19 @@ function(uwv_compile_with_torch)
   set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${folders}" COMPILE_DEFINITIONS "${definitions}")
 endfunction()
 
+# uwv_use_torch(<target>): all of a target's sources see torch's headers, ATen precompiled.
+function(uwv_use_torch target)
+  target_link_libraries(${target} PRIVATE uwv_torch)
+  target_precompile_headers(${target} PRIVATE <ATen/ATen.h>)
+  # Without these ccache refuses every file that uses a precompiled header.
+  get_target_property(launcher ${target} CXX_COMPILER_LAUNCHER)
+  if(launcher MATCHES "ccache")
+    set_target_properties(${target} PROPERTIES CXX_COMPILER_LAUNCHER
+      "${CMAKE_COMMAND};-E;env;CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime;${launcher}")
+    target_compile_options(${target} PRIVATE -fpch-preprocess)
+  endif()
+endfunction()
+
 if(TARGET uwv_torch)
   return()
 endif()

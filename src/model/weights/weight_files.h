@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// A network's weights as tensors by name, out of one safetensors file or many. Sheet model.md, 1 ("Checkpoint").
+//
+// The files stay mapped: view() costs nothing, and what has been used can be given back to the page cache, so that a
+// network larger than memory can be walked through block by block.
+#pragma once
+
+#include <ATen/core/Tensor.h>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "uwv/io/safetensors.h"
+
+namespace uwv::model {
+
+/// What a network wants: names with shapes.
+using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
+
+class WeightFiles {
+ public:
+  /// `path` is a safetensors file, or a folder with (in this order) an "*.safetensors.index.json" and its shards, or
+  /// one or more *.safetensors, which are merged. Throws Error: file_not_found; file_damaged (see SafeTensors, and an
+  /// index that does not fit its shards, a name that two files hold); format_unknown for pickles (.pt .pth .bin .ckpt),
+  /// which can run code when they are read, saying how to convert them.
+  static WeightFiles open(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  std::vector<std::string> names() const;
+  bool has(const std::string& name) const { return entries_.contains(name); }
+  /// Throws Error(value_invalid) naming the path, as all below do, when there is no such tensor.
+  const TensorInfo& info(const std::string& name) const;
+  std::vector<std::int64_t> shape(const std::string& name) const;
+  /// Bytes of all tensors as stored.
+  std::uint64_t bytes() const;
+
+  /// Takes each name to what `rename` makes of it; an empty result leaves the tensor out. Throws Error(file_damaged)
+  /// when two become one.
+  void rename(const std::function<std::string(const std::string&)>& rename);
+
+  /// The stored numbers in their own type, without a copy where their alignment allows it. They are mapped read-only:
+  /// writing to the tensor ends the program. Valid while any copy of this object lives.
+  at::Tensor view(const std::string& name) const;
+  /// The numbers as `type`, on the CPU, in memory of their own.
+  at::Tensor load(const std::string& name, at::ScalarType type) const;
+
+  /// Tells the system that a tensor will soon be read, or that its pages may be dropped (they are read again when
+  /// needed). Hints; they never fail.
+  void will_need(const std::string& name) const;
+  void release(const std::string& name) const;
+
+  /// Throws Error(value_invalid) with every missing and every misshaped tensor named (at most ten of each, and how many
+  /// more). Returns the names nobody wants.
+  std::vector<std::string> check(const TensorShapes& wanted) const;
+
+ private:
+  struct Entry {
+    std::size_t file = 0;
+    std::string stored_name;
+  };
+  const Entry& entry(const std::string& name) const;
+
+  std::string path_;
+  std::vector<SafeTensors> files_;
+  std::map<std::string, Entry> entries_;
+};
+
+}  // namespace uwv::model
