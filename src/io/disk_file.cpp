@@ -100,6 +100,14 @@ void OutputFile::append(std::span<const std::byte> bytes) {
 
 void OutputFile::append(std::string_view text) { append(std::as_bytes(std::span(text))); }
 
+void OutputFile::extend(std::uint64_t bytes) {
+  require(descriptor_ >= 0, "{}: is already finished", path_);
+  if (::ftruncate(descriptor_, static_cast<off_t>(position_ + bytes)) != 0)
+    fail(ErrorCode::output_failed, "{}: cannot be made {} bytes long ({})", path_, position_ + bytes,
+         std::strerror(errno));
+  position_ += bytes;
+}
+
 void OutputFile::patch(std::uint64_t offset, std::span<const std::byte> bytes) {
   require(offset <= position_ && bytes.size() <= position_ - offset, "{}: a patch of {} bytes at {} is outside the {}",
           path_, bytes.size(), offset, position_);

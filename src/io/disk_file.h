@@ -63,6 +63,8 @@ class OutputFile {
   std::uint64_t position() const { return position_; }
   void append(std::span<const std::byte> bytes);
   void append(std::string_view text);
+  /// Appends zero bytes, which take no room on disk until they are overwritten.
+  void extend(std::uint64_t bytes);
   /// Overwrites bytes that were appended before.
   void patch(std::uint64_t offset, std::span<const std::byte> bytes);
   void commit();
