@@ -3,10 +3,59 @@
 
 #include <ATen/ATen.h>
 
-namespace uwv::model {
+#include <array>
 
-Linear::Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form) : form_(form) {
-  weight_ = weight.to(form == LinearForm::f32 ? at::kFloat : at::kBFloat16);
+#include "model/layers/int8_product.h"
+#include "model/layers/token_kernels.h"
+#include "uwv/core/error.h"
+
+namespace uwv::model {
+namespace {
+
+/// A weight in few bits is widened so many bytes at a time, which stay in the cache until they are multiplied.
+constexpr std::int64_t widened_bytes = 8 << 20;
+
+struct FormName {
+  LinearForm form;
+  const char* name;
+};
+constexpr std::array form_names{FormName{LinearForm::f32, "f32"}, FormName{LinearForm::bf16_stored, "bf16_stored"},
+                                FormName{LinearForm::bf16, "bf16"}, FormName{LinearForm::int8_stored, "int8_stored"},
+                                FormName{LinearForm::int8, "int8"}};
+
+bool is_int8(LinearForm form) { return form == LinearForm::int8 || form == LinearForm::int8_stored; }
+
+}  // namespace
+
+std::string to_string(LinearForm form) {
+  for (const FormName& each : form_names)
+    if (each.form == form) return each.name;
+  return "unknown";
+}
+
+LinearForm linear_form(const std::string& name) {
+  std::string known;
+  for (const FormName& each : form_names) {
+    if (name == each.name) return each.form;
+    known += (known.empty() ? "" : ", ") + std::string(each.name);
+  }
+  throw std::invalid_argument(fmt::format("a linear form named '{}', wanted one of {}", name, known));
+}
+
+at::ScalarType token_type(LinearForm form) {
+  return form == LinearForm::bf16 || form == LinearForm::int8 ? at::kBFloat16 : at::kFloat;
+}
+
+Linear::Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form) : out_(weight.size(0)), form_(form) {
+  if (is_int8(form)) {
+    const auto [numbers, scales] = quantise_rows(weight.to(at::kFloat).contiguous());
+    weight_ = form == LinearForm::int8 ? pack_int8(numbers) : numbers;
+    scales_ = scales;
+  } else {
+    // Rounding to bfloat16 is worth it only where it saves room; the multiplication in bfloat16 wants nothing else.
+    const bool round = form == LinearForm::bf16 || (form == LinearForm::bf16_stored && weight.element_size() > 2);
+    weight_ = round ? weight.to(at::kBFloat16) : weight;
+  }
   if (bias.defined()) bias_ = bias.to(form == LinearForm::bf16 ? at::kBFloat16 : at::kFloat);
 }
 
@@ -14,9 +63,51 @@ Linear::Linear(const WeightFiles& weights, const std::string& prefix, LinearForm
     : Linear(weights.view(prefix + ".weight"),
              weights.has(prefix + ".bias") ? weights.view(prefix + ".bias") : at::Tensor(), form) {}
 
+LinearInput Linear::prepare(const at::Tensor& x) const {
+  const at::Tensor rows = x.reshape({-1, x.size(-1)}).contiguous();
+  if (form_ == LinearForm::int8) {
+    auto [numbers, scales] = quantise_rows(rows);
+    return {numbers, scales, x.scalar_type()};
+  }
+  return {rows.to(token_type(form_)), {}, x.scalar_type()};
+}
+
+at::Tensor Linear::operator()(const LinearInput& input) const {
+  if (form_ == LinearForm::int8) {
+    at::Tensor y = int8_product(input.x, weight_, scales_, input.type);
+    scale_rows(y, input.scales, bias_);
+    return y;
+  }
+  if (form_ == LinearForm::bf16) return at::linear(input.x, weight_, bias_).to(input.type);
+  if (weight_.scalar_type() == at::kFloat) return at::linear(input.x, weight_, bias_).to(input.type);
+  return multiply_widened(input.x).to(input.type);
+}
+
 at::Tensor Linear::operator()(const at::Tensor& x) const {
-  const at::ScalarType type = form_ == LinearForm::bf16 ? at::kBFloat16 : at::kFloat;
-  return at::linear(x.to(type), weight_.to(type), bias_).to(x.scalar_type());
+  std::vector<std::int64_t> shape = x.sizes().vec();
+  shape.back() = out_;
+  return (*this)(prepare(x)).view(shape);
+}
+
+/// Rows of the weight as float32.
+at::Tensor Linear::widened(std::int64_t begin, std::int64_t end) const {
+  at::Tensor rows = weight_.slice(0, begin, end).to(at::kFloat);
+  if (scales_.defined()) rows.mul_(scales_.slice(0, begin, end).unsqueeze(1));
+  return rows;
+}
+
+at::Tensor Linear::multiply_widened(const at::Tensor& x) const {
+  at::Tensor y = at::empty({x.size(0), out_}, x.options());
+  const std::int64_t step = std::max<std::int64_t>(64, widened_bytes / 4 / weight_.size(1));
+  for (std::int64_t begin = 0; begin < out_; begin += step) {
+    const std::int64_t end = std::min(begin + step, out_);
+    at::Tensor part = y.slice(1, begin, end);
+    if (bias_.defined())
+      at::addmm_out(part, bias_.slice(0, begin, end), x, widened(begin, end).t());
+    else
+      at::mm_out(part, x, widened(begin, end).t());
+  }
+  return y;
 }
 
 }  // namespace uwv::model

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Products of matrices of 8-bit whole numbers.
+#pragma once
+
+#include <ATen/core/Tensor.h>
+
+namespace uwv::model {
+
+/// The weight (out, in; int8) laid out for int8_product; opaque.
+at::Tensor pack_int8(const at::Tensor& weight);
+
+/// x (rows, in; int8) times the packed weight, each output channel times its scale (float32, out), as `type` (float32
+/// or bfloat16): (rows, out). Sums are exact.
+at::Tensor int8_product(const at::Tensor& x, const at::Tensor& packed, const at::Tensor& scales, at::ScalarType type);
+
+}  // namespace uwv::model

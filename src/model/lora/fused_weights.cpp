@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/lora/fused_weights.h"
+
+#include <ATen/ATen.h>
+
+#include "uwv/core/error.h"
+
+namespace uwv::model {
+namespace {
+
+const std::string weight_end = ".weight", bias_end = ".bias";
+
+std::string shape_text(std::int64_t rows, std::int64_t columns) { return fmt::format("[{}, {}]", rows, columns); }
+
+/// What does not fit between one layer's change and the checkpoint; empty when all does.
+std::string misfit(const WeightFiles& files, const std::string& name, const LoraLayer& layer) {
+  if (layer.down.defined()) {
+    if (!files.has(name + weight_end)) return name + weight_end + " is not in the checkpoint";
+    const auto shape = files.shape(name + weight_end);
+    if (shape.size() != 2 || shape[0] != layer.up.size(0) || shape[1] != layer.down.size(1))
+      return fmt::format("{}{} would need {} but is {}", name, weight_end,
+                         shape_text(layer.up.size(0), layer.down.size(1)),
+                         shape.size() == 2 ? shape_text(shape[0], shape[1]) : "no matrix");
+  }
+  if (layer.bias.defined()) {
+    if (!files.has(name + bias_end)) return name + bias_end + " is not in the checkpoint";
+    if (files.shape(name + bias_end) != layer.bias.sizes().vec())
+      return fmt::format("{}{} has other than {} values", name, bias_end, layer.bias.numel());
+  }
+  return "";
+}
+
+}  // namespace
+
+void FusedWeights::set_changes(std::vector<WeightedLora> changes) {
+  for (const WeightedLora& change : changes) {
+    std::vector<std::string> misfits;
+    for (const auto& [name, layer] : change.file.layers())
+      if (std::string complaint = misfit(files_, name, layer); !complaint.empty())
+        misfits.push_back(std::move(complaint));
+    if (!misfits.empty())
+      fail(ErrorCode::value_invalid, "{}: {} of its {} layers do not fit {} (the first: {}); use a LoRA of this model",
+           change.file.path(), misfits.size(), change.file.layers().size(), files_.path(), misfits.front());
+  }
+  changes_ = std::move(changes);
+}
+
+at::Tensor FusedWeights::tensor(const std::string& name) const {
+  const bool is_bias = name.ends_with(bias_end);
+  const std::string layer_name = name.substr(0, name.rfind('.') == std::string::npos ? name.size() : name.rfind('.'));
+  at::Tensor result = files_.view(name);
+  bool changed = false;
+  for (const WeightedLora& change : changes_) {
+    const auto found = change.file.layers().find(layer_name);
+    if (found == change.file.layers().end()) continue;
+    const LoraLayer& layer = found->second;
+    const bool concerns = is_bias ? layer.bias.defined() : name.ends_with(weight_end) && layer.down.defined();
+    if (!concerns) continue;
+    if (!changed) result = result.to(at::kFloat, /*non_blocking=*/false, /*copy=*/true);
+    changed = true;
+    if (is_bias)
+      result.add_(layer.bias, change.weight);
+    else
+      result.addmm_(layer.up, layer.down, 1, change.weight * layer.scale);
+  }
+  return result;
+}
+
+}  // namespace uwv::model

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/transformer/stage.h"
+
+#include "model/transformer/weight_access.h"
+
+namespace uwv::model {
+
+std::vector<StageId> stages_in_order(const TransformerConfig& config) {
+  std::vector<StageId> order;
+  for (int layer = 0; layer < config.layers; ++layer) {
+    if (const int k = config.vace_block_of(layer); k >= 0) order.push_back({true, k});
+    order.push_back({false, layer});
+  }
+  return order;
+}
+
+Stages::Stages(const FusedWeights& weights, const TransformerConfig& config, LinearForm form, bool streamed)
+    : weights_(weights), config_(config), form_(form), streamed_(streamed), order_(stages_in_order(config)) {
+  if (streamed_) return;
+  for (const StageId& id : order_) kept_.push_back(make(id));
+}
+
+Stages::~Stages() {
+  if (ahead_.valid()) ahead_.wait();
+}
+
+std::shared_ptr<const Stage> Stages::make(const StageId& id) const {
+  const std::string prefix = id.prefix();
+  auto stage = std::make_shared<Stage>(Stage{TransformerBlock(weights_, prefix, config_, form_), {}, {}, {}});
+  if (id.vace) {
+    if (id.index == 0) stage->proj_in = linear(weights_, prefix + ".proj_in", form_);
+    stage->proj_out = linear(weights_, prefix + ".proj_out", form_);
+  }
+  const bool refers = config_.reference == (id.vace ? ReferenceBranch::hint : ReferenceBranch::dit);
+  if (const int j = config_.reference_of(id.index); refers && j >= 0)
+    stage->reference.emplace(weights_, j, config_.heads, config_.eps, form_);
+  return stage;
+}
+
+std::vector<std::string> Stages::names_of(const StageId& id) const {
+  std::vector<std::string> names;
+  const std::string start = id.prefix() + ".";
+  for (const std::string& name : weights_.files().names())
+    if (name.starts_with(start)) names.push_back(name);
+  return names;
+}
+
+std::shared_ptr<const Stage> Stages::get(std::size_t at) {
+  if (!streamed_) return kept_[at];
+  if (ahead_.valid()) ahead_.get();
+  read_ahead((at + 1) % order_.size());
+  return make(order_[at]);
+}
+
+void Stages::done(std::size_t at) {
+  if (!streamed_) return;
+  for (const std::string& name : names_of(order_[at])) weights_.files().release(name);
+}
+
+void Stages::read_ahead(std::size_t at) {
+  ahead_ = std::async(std::launch::async, [this, names = names_of(order_[at])] {
+    for (const std::string& name : names) weights_.files().will_need(name);
+  });
+}
+
+}  // namespace uwv::model

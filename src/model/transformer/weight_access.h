@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Short words for what every part of the transformer takes from its weights.
+#pragma once
+
+#include <string>
+
+#include "model/layers/linear.h"
+#include "model/lora/fused_weights.h"
+
+namespace uwv::model {
+
+/// prefix + ".weight" and ".bias".
+inline Linear linear(const FusedWeights& weights, const std::string& prefix, LinearForm form) {
+  return {weights.tensor(prefix + ".weight"), weights.tensor(prefix + ".bias"), form};
+}
+
+inline at::Tensor as_float(const FusedWeights& weights, const std::string& name) {
+  return weights.tensor(name).to(at::kFloat);
+}
+
+}  // namespace uwv::model
