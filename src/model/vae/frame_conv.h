@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Convolutions of single frames that lie pixel by pixel, and the causal one over three frames that is made of them.
+//
+// A causal convolution of 3x3x3 is run as three of 3x3, one per frame it looks at, summed in place: frames then need
+// not lie behind one another in memory, nothing is copied together, and the frames of zeros before a clip's first one
+// cost nothing.
+#pragma once
+
+#include <ATen/core/Tensor.h>
+
+#include "model/vae/frame_pool.h"
+#include "model/weights/weight_files.h"
+
+namespace uwv::model {
+
+/// (H, W, C) -> (H', W', O), contiguous, in the type of the weight.
+class FrameConv {
+ public:
+  enum class Edge {
+    same,    ///< Zeros all around, so that the size stays.
+    halved,  ///< Stride 2 without zeros: (H - 3) / 2 + 1.
+  };
+  FrameConv() = default;
+  /// `weight` is (O, C, k, k), `bias` (O) or undefined.
+  FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge);
+
+  at::Tensor operator()(const at::Tensor& frame) const;
+  /// sum += what operator() gives, without a frame in between where the library can.
+  void add_to(at::Tensor& sum, const at::Tensor& frame) const;
+
+ private:
+  at::Tensor weight_, bias_;
+  Edge edge_ = Edge::same;
+};
+
+/// Sheet model.md, 7: a kernel of (3, k, k) that sees the current frame and the two before.
+class CausalConv {
+ public:
+  CausalConv() = default;
+  /// Reads prefix + ".weight" (O, C, 3, k, k) and ".bias" (O).
+  CausalConv(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+
+  /// The answer for the newest frame of `history`, of which it keeps the newest two.
+  at::Tensor operator()(FrameHistory& history, FramePool& pool) const;
+  void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool) const;
+
+ private:
+  FrameConv taps_[3];  ///< By how many frames back; the bias is with the newest.
+};
+
+/// A convolution of one pixel, which is a linear layer.
+class PixelConv {
+ public:
+  PixelConv() = default;
+  /// Reads prefix + ".weight" (O, C, 1, 1) or (O, C, 1, 1, 1) and ".bias" (O).
+  PixelConv(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+
+  /// (..., C) -> (..., O).
+  at::Tensor operator()(const at::Tensor& frame) const;
+
+ private:
+  at::Tensor weight_, bias_;
+};
+
+}  // namespace uwv::model

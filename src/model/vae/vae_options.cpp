@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/vae/vae_options.h"
+
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
+#include "uwv/core/error.h"
+
+namespace uwv::model {
+namespace {
+
+/// Intel's documented bit for tiles of bfloat16; the compiler's own question does not know it yet.
+bool multiplies_bf16_tiles() {
+#if defined(__x86_64__)
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && ((d >> 22) & 1U) != 0;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+std::string_view to_string(VaePrecision precision) {
+  switch (precision) {
+    case VaePrecision::automatic: return "auto";
+    case VaePrecision::f32: return "f32";
+    case VaePrecision::bf16: return "bf16";
+  }
+  return "";
+}
+
+void VaeOptions::check() const {
+  require(bands >= 1 && bands <= 64, "VaeOptions: bands is {}; 1 to 64 are wanted", bands);
+}
+
+VaePrecision resolved(VaePrecision precision) {
+  if (precision != VaePrecision::automatic) return precision;
+  return multiplies_bf16_tiles() ? VaePrecision::bf16 : VaePrecision::f32;
+}
+
+}  // namespace uwv::model

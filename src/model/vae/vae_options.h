@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the autoencoder trades: accuracy and time for memory. docs/model-vae.md has the measured cost of each.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace uwv::model {
+
+/// In what numbers the autoencoder computes.
+enum class VaePrecision {
+  automatic,  ///< bf16 where the processor multiplies it in tiles (AMX), f32 elsewhere.
+  f32,        ///< The exact answer: within 1e-4 of the reference.
+  bf16,       ///< Half the memory; what that costs in PSNR is in the docs.
+};
+std::string_view to_string(VaePrecision precision);
+
+struct VaeOptions {
+  VaePrecision precision = VaePrecision::f32;
+  /// The picture is worked on in so many horizontal bands, one after the other through the whole clip, each with the
+  /// rows around it that its own rows depend on: the same numbers as in one piece, in about 1/bands of the memory.
+  /// Costs the rows that are computed twice, and all but the last band's finished rows wait in memory. 1 = one piece.
+  /// More bands than a picture has rows of latents are not made.
+  int bands = 1;
+
+  /// Throws std::invalid_argument.
+  void check() const;
+};
+
+/// What `automatic` means on this processor.
+VaePrecision resolved(VaePrecision precision);
+
+}  // namespace uwv::model

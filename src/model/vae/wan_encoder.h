@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// From frames to latents. Sheet model.md, 7 ("Encoder"). Frames go through one at a time; four of them become one
+// latent frame, the clip's first one alone.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "model/vae/row_bands.h"
+#include "model/vae/vae_blocks.h"
+#include "model/vae/wan_decoder.h"
+
+namespace uwv::model {
+
+class WanEncoder {
+ public:
+  WanEncoder(const WeightFiles& weights, const VaeConfig& config, at::ScalarType type);
+
+  /// The levels: all that looks at neighbouring pixels only, so that bands of rows can go one after the other.
+  class Pass {
+   public:
+    /// `rows` of latents out of `latent_height`. The encoder must outlive the pass.
+    Pass(const WanEncoder& encoder, std::int64_t latent_height, Rows rows, std::function<void()> between,
+         VaeProbe probe = {});
+    /// Rows of the pictures that push() wants.
+    Rows picture_rows() const { return rows_.front().in; }
+    /// Takes the next frame (picture_rows, W, 3) in [-1, 1]; gives features (rows, w, C) when a latent frame is
+    /// complete: after frames 0, 4, 8, ...
+    std::optional<at::Tensor> push(const at::Tensor& frame);
+
+   private:
+    struct LevelMemory {
+      std::vector<ResBlock::Memory> blocks;
+      FrameHistory halving;
+      std::int64_t seen = 0;
+    };
+    at::Tensor run_blocks(std::size_t level, at::Tensor frame);
+    std::optional<at::Tensor> halve_frames(std::size_t level, const at::Tensor& frame);
+
+    const WanEncoder& encoder_;
+    std::vector<LevelRows> rows_;
+    VaePass pass_;
+    VaeProbe probe_;
+    FrameHistory conv_in_;
+    std::vector<LevelMemory> levels_;
+  };
+
+  /// What follows the levels, for whole latent frames.
+  class Ending {
+   public:
+    Ending(const WanEncoder& encoder, std::function<void()> between, VaeProbe probe = {});
+    /// features (h, w, C) -> (h, w, 2 z): mean, then logarithm of variance.
+    at::Tensor push(at::Tensor features);
+
+   private:
+    const WanEncoder& encoder_;
+    VaePass pass_;
+    VaeProbe probe_;
+    MidBlock::Memory mid_;
+    FrameHistory head_;
+  };
+
+ private:
+  struct Level {
+    std::vector<ResBlock> blocks;
+    FrameConv resample;  ///< Of all levels but the last.
+    CausalConv halving;  ///< In time; where halves_frames.
+    bool halves_frames = false;
+  };
+
+  VaeConfig config_;
+  at::ScalarType type_;
+  CausalConv conv_in_;
+  std::vector<Level> levels_;
+  MidBlock mid_;
+  VaeHead head_;
+  PixelConv quant_;
+};
+
+}  // namespace uwv::model

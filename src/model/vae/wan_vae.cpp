@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/vae/wan_vae.h"
+
+#include <ATen/ATen.h>
+
+#include <filesystem>
+
+#include "model/vae/vae_shapes.h"
+#include "uwv/core/error.h"
+
+namespace uwv::model {
+namespace {
+
+constexpr const char* encode_stage = "vae encode";
+constexpr const char* decode_stage = "vae decode";
+
+/// Called between blocks, with how far the pass is.
+std::function<void()> stopper(Monitor& monitor, const char* stage, const long& done, long total) {
+  return [&monitor, stage, &done, total] { monitor.step(stage, done, total); };
+}
+
+/// (1, 3, n, H, W) of frames (rows, W, 3).
+at::Tensor as_clip(const std::vector<at::Tensor>& frames) {
+  return at::stack(frames).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kFloat).contiguous().clamp_(-1, 1);
+}
+
+/// One frame (H, W, 3) of a clip (1, 3, n, H, W), some of its rows.
+at::Tensor frame_rows(const at::Tensor& clip, std::int64_t number, Rows rows) {
+  return clip[0].select(1, number).narrow(1, rows.begin, rows.count()).permute({1, 2, 0});
+}
+
+/// diffusers' file where there is one, whatever else lies beside it.
+std::string weights_in(const std::string& folder) {
+  const std::filesystem::path usual = std::filesystem::path(folder) / "diffusion_pytorch_model.safetensors";
+  return std::filesystem::exists(usual) ? usual.string() : folder;
+}
+
+void check_finite(const at::Tensor& values, const char* what) {
+  if (!at::isfinite(values).all().item<bool>())
+    fail(ErrorCode::value_invalid, "{} hold NaN or infinite numbers; what made them went wrong", what);
+}
+
+}  // namespace
+
+WanVae::WanVae(VaeConfig config, const VaeOptions& options) : config_(std::move(config)), options_(options) {
+  options_.check();
+  options_.precision = resolved(options.precision);
+  mean_ = at::tensor(config_.latents_mean);
+  std_ = at::tensor(config_.latents_std);
+}
+
+WanVae WanVae::open(const std::string& folder, const VaeOptions& options) {
+  WanVae vae(VaeConfig::read((std::filesystem::path(folder) / "config.json").string()), options);
+  const WeightFiles weights = WeightFiles::open(weights_in(folder));
+  weights.check(vae_shapes(vae.config_));
+  const at::ScalarType type = vae.options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
+  vae.encoder_ = std::make_unique<WanEncoder>(weights, vae.config_, type);
+  vae.decoder_ = std::make_unique<WanDecoder>(weights, vae.config_, type);
+  for (const std::string& name : weights.names()) weights.release(name);
+  return vae;
+}
+
+at::Tensor WanVae::encode(const at::Tensor& video, Monitor& monitor, const VaeProbe& probe) const {
+  if (video.dim() != 5 || video.size(0) != 1 || video.size(1) != 3)
+    fail(ErrorCode::size_mismatch, "the autoencoder takes one clip of shape (1, 3, frames, height, width)");
+  const auto source = [&](std::int64_t first, std::int64_t count) { return video.narrow(2, first, count); };
+  return encode(source, video.size(2), video.size(3), video.size(4), monitor, probe);
+}
+
+at::Tensor WanVae::encode(const ClipSource& source, std::int64_t frames, std::int64_t height, std::int64_t width,
+                          Monitor& monitor, const VaeProbe& probe) const {
+  const std::int64_t factor = config_.spatial_factor();
+  if (frames < 1 || height < 1 || width < 1 || height % factor != 0 || width % factor != 0)
+    fail(ErrorCode::size_mismatch,
+         "a clip of {} frames of {}x{} cannot be encoded: at least one frame is wanted, sides that are multiples of {}",
+         frames, width, height, factor);
+  const std::int64_t latent_height = height / factor;
+  const std::vector<Rows> bands = split_rows(latent_height, options_.bands);
+  const std::int64_t used = config_.frames_of(config_.latent_frames(frames));
+  const long total = static_cast<long>(bands.size()) * used;
+  long done = 0;
+  const auto between = stopper(monitor, encode_stage, done, total);
+
+  WanEncoder::Ending ending(*encoder_, between, probe);
+  std::vector<at::Tensor> latents;
+  std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(config_.latent_frames(frames)));
+  for (const Rows band : bands) {
+    WanEncoder::Pass pass(*encoder_, latent_height, band, between, probe);
+    std::size_t complete = 0;
+    for (std::int64_t first = 0; first < used;) {
+      const std::int64_t count = first == 0 ? 1 : config_.temporal_factor();
+      const at::Tensor clip = source(first, count);
+      check_finite(clip, "the pictures to encode");
+      for (std::int64_t i = 0; i < count; ++i) {
+        std::optional<at::Tensor> features = pass.push(frame_rows(clip, i, pass.picture_rows()));
+        monitor.step(encode_stage, ++done, total);
+        if (!features) continue;
+        std::vector<at::Tensor>& parts = waiting[complete++];
+        parts.push_back(std::move(*features));
+        if (parts.size() < bands.size()) continue;
+        at::Tensor whole = parts.size() == 1 ? std::move(parts[0]) : at::cat(parts);
+        parts.clear();
+        const at::Tensor mean = ending.push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kFloat);
+        latents.push_back((mean - mean_) / std_);
+      }
+      first += count;
+    }
+  }
+  return at::stack(latents).permute({3, 0, 1, 2}).unsqueeze(0).contiguous();
+}
+
+void WanVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& monitor, const VaeProbe& probe) const {
+  if (latents.dim() != 5 || latents.size(0) != 1 || latents.size(1) != config_.z_dim || latents.numel() == 0)
+    fail(ErrorCode::size_mismatch, "latents of shape (1, {}, frames, height, width) are wanted for decoding",
+         config_.z_dim);
+  check_finite(latents, "the latents to decode");
+  const std::vector<Rows> bands = split_rows(latents.size(3), options_.bands);
+  const std::int64_t latent_frames = latents.size(2);
+  const long total = static_cast<long>(bands.size()) * config_.frames_of(latent_frames);
+  long done = 0;
+
+  std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(latent_frames));
+  for (const Rows band : bands) {
+    WanDecoder::Pass pass(*decoder_, latents.size(3), band, stopper(monitor, decode_stage, done, total), probe);
+    std::int64_t first = 0;
+    for (std::int64_t k = 0; k < latent_frames; ++k) {
+      const at::Tensor normalised = latents[0].select(1, k).permute({1, 2, 0}).to(at::kFloat);
+      std::vector<at::Tensor> frames;
+      pass.push(normalised * std_ + mean_, [&](const at::Tensor& frame) {
+        frames.push_back(frame);
+        monitor.step(decode_stage, ++done, total);
+      });
+      std::vector<at::Tensor>& parts = waiting[static_cast<std::size_t>(k)];
+      parts.push_back(as_clip(frames));
+      if (parts.size() < bands.size()) continue;
+      sink(first, parts.size() == 1 ? parts[0] : at::cat(parts, 3));
+      parts.clear();
+      first += static_cast<std::int64_t>(frames.size());
+    }
+  }
+}
+
+at::Tensor WanVae::decode(const at::Tensor& latents, Monitor& monitor, const VaeProbe& probe) const {
+  std::vector<at::Tensor> parts;
+  decode(
+      latents, [&](std::int64_t, const at::Tensor& frames) { parts.push_back(frames); }, monitor, probe);
+  return at::cat(parts, 2);
+}
+
+}  // namespace uwv::model
