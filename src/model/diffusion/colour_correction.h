@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "uwv/core/image.h"
+#include "uwv/core/mask.h"
 
 namespace uwv::model {
 
@@ -23,8 +23,9 @@ struct ColourMap {
 /// A picture of floats, 0..255, not rounded.
 using ImageFloat3 = Image<Eigen::Vector3f>;
 
-/// The best map from `generated` to `wanted`; of several the smallest (a picture of one colour leaves many). Throws
+/// The best map from `generated` to `wanted` over the pixels that are `known` (the official code takes all, as its
+/// first frame has no holes); of several the smallest, as a picture of one colour leaves many. Throws
 /// std::invalid_argument when the sizes differ.
-ColourMap fit_colours(const ImageFloat3& generated, const ImageRgb& wanted);
+ColourMap fit_colours(const ImageFloat3& generated, const ImageRgb& wanted, const ValidityMask& known);
 
 }  // namespace uwv::model

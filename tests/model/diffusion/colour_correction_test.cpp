@@ -23,12 +23,16 @@ ImageRgb rounded(const ImageFloat3& picture) {
   return out;
 }
 
+ColourMap fit_all(const ImageFloat3& generated, const ImageRgb& wanted) {
+  return fit_colours(generated, wanted, ValidityMask(wanted.width(), wanted.height(), 1));
+}
+
 TEST(ColourCorrectionParity, EqualsTheOfficialFit) {
   const WeightFiles file = WeightFiles::open(uwv::testing::fixture_folder("metrics") + "/color_correct.safetensors");
   const at::Tensor generated = file.load("in.diffusion_results", at::kFloat);
   const at::Tensor golden = file.load("out", at::kFloat);
   const ColourMap map =
-      fit_colours(frame_of(generated, 0), rounded(frame_of(file.load("in.render_results", at::kFloat), 0)));
+      fit_all(frame_of(generated, 0), rounded(frame_of(file.load("in.render_results", at::kFloat), 0)));
   for (std::int64_t k = 0; k < generated.size(0); ++k) {
     const ImageFloat3 from = frame_of(generated, k);
     ImageRgb corrected(from.size());
@@ -47,7 +51,7 @@ TEST(ColourCorrection, TakesBackAnAffineDrift) {
       const Rgb8 p = wanted(x, y);
       drifted(x, y) = {0.9F * p.r + 10, 1.1F * p.g - 5, 0.1F * p.r + 0.8F * p.b};
     }
-  const ColourMap map = fit_colours(drifted, wanted);
+  const ColourMap map = fit_all(drifted, wanted);
   for (std::size_t i = 0; i < wanted.size().pixels(); ++i) {
     const Rgb8 back = map(drifted.data()[i].cast<double>() + Eigen::Vector3d::Constant(0.4));
     EXPECT_NEAR(back.r, wanted.data()[i].r, 1);
@@ -55,13 +59,29 @@ TEST(ColourCorrection, TakesBackAnAffineDrift) {
   }
 }
 
+TEST(ColourCorrection, PixelsThatAreNotKnownDoNotCount) {
+  ImageFloat3 generated(8, 8);
+  ImageRgb wanted(8, 8);
+  ValidityMask known(8, 8, 1);
+  for (int i = 0; i < 64; ++i) {
+    wanted.data()[i] = {static_cast<std::uint8_t>(3 * i), static_cast<std::uint8_t>((i * 53) % 256),
+                        static_cast<std::uint8_t>((i * 37) % 256)};
+    generated.data()[i] = {1.0F * wanted.data()[i].r, 1.0F * wanted.data()[i].g, 1.0F * wanted.data()[i].b};
+  }
+  for (int i = 20; i < 40; ++i) {
+    generated.data()[i] = Eigen::Vector3f(250, 0, 13);
+    known.data()[i] = 0;
+  }
+  const ColourMap map = fit_colours(generated, wanted, known);
+  EXPECT_LT((map.matrix - Eigen::Matrix3d::Identity()).norm(), 1e-6);
+}
+
 TEST(ColourCorrection, APictureOfOneColourStillGivesAMapToTheWantedColour) {
-  const ColourMap map =
-      fit_colours(ImageFloat3(8, 8, Eigen::Vector3f(100, 100, 100)), ImageRgb(8, 8, Rgb8{10, 200, 90}));
+  const ColourMap map = fit_all(ImageFloat3(8, 8, Eigen::Vector3f(100, 100, 100)), ImageRgb(8, 8, Rgb8{10, 200, 90}));
   const Rgb8 mapped = map(Eigen::Vector3d(100, 100, 100) + Eigen::Vector3d::Constant(1e-3));
   EXPECT_NEAR(mapped.r, 10, 1);
   EXPECT_NEAR(mapped.g, 200, 1);
-  EXPECT_THROW(fit_colours(ImageFloat3(8, 8), ImageRgb(8, 9)), std::invalid_argument);
+  EXPECT_THROW(fit_all(ImageFloat3(8, 8), ImageRgb(8, 9)), std::invalid_argument);
 }
 
 }  // namespace
