@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include "io/disk_file.h"
@@ -63,6 +64,13 @@ std::vector<fs::path> files_ending(const fs::path& folder, const std::string& en
     if (entry.is_regular_file() && entry.path().filename().string().ends_with(end)) found.push_back(entry.path());
   std::sort(found.begin(), found.end());
   return found;
+}
+
+/// The file that Hugging Face's libraries would read of a folder that holds others, too.
+std::optional<fs::path> usual_file(const fs::path& folder) {
+  for (const char* name : {"diffusion_pytorch_model.safetensors", "model.safetensors"})
+    if (fs::is_regular_file(folder / name)) return folder / name;
+  return std::nullopt;
 }
 
 /// Names and the files that hold them, by an index.json.
@@ -126,6 +134,8 @@ WeightFiles WeightFiles::open(const std::string& path) {
     std::set<std::string> shards;
     for (const auto& [name, file] : index) shards.insert(file);
     for (const std::string& shard : shards) files.push_back(fs::path(path) / shard);
+  } else if (const auto usual = usual_file(path)) {
+    files.push_back(*usual);
   } else {
     files = files_ending(path, ".safetensors");
     if (files.empty()) {

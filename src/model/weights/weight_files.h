@@ -21,10 +21,11 @@ using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
 
 class WeightFiles {
  public:
-  /// `path` is a safetensors file, or a folder with (in this order) an "*.safetensors.index.json" and its shards, or
-  /// one or more *.safetensors, which are merged. Throws Error: file_not_found; file_damaged (see SafeTensors, and an
-  /// index that does not fit its shards, a name that two files hold); format_unknown for pickles (.pt .pth .bin .ckpt),
-  /// which can run code when they are read, saying how to convert them.
+  /// `path` is a safetensors file, or a folder with (in this order) an "*.safetensors.index.json" and its shards, a
+  /// file "diffusion_pytorch_model.safetensors" or "model.safetensors", or any *.safetensors, which are merged. Throws
+  /// Error: file_not_found; file_damaged (see SafeTensors, and an index that does not fit its shards, a name that two
+  /// files hold); format_unknown for pickles (.pt .pth .bin .ckpt), which can run code when they are read, saying how
+  /// to convert them.
   static WeightFiles open(const std::string& path);
 
   const std::string& path() const { return path_; }

@@ -54,6 +54,15 @@ TEST(WeightFiles, AFolderOfShardsReadsAsOne) {
   EXPECT_TRUE(at::equal(weights.view("a"), at::ones({2})));
 }
 
+TEST(WeightFiles, AFileOfTheUsualNameGoesBeforeOthersAndOthersAreMerged) {
+  const TempFolder folder;
+  write_safetensors(folder.file("one.safetensors"), {{"a", at::ones({2})}});
+  write_safetensors(folder.file("two.safetensors"), {{"b", at::zeros({3})}});
+  EXPECT_THAT(WeightFiles::open(folder.path().string()).names(), ElementsAre("a", "b"));
+  write_safetensors(folder.file("model.safetensors"), {{"c", at::ones({1})}});
+  EXPECT_THAT(WeightFiles::open(folder.path().string()).names(), ElementsAre("c"));
+}
+
 TEST(WeightFiles, AnIndexThatDoesNotFitItsShardsIsNamed) {
   const TempFolder folder;
   write_safetensors(folder.file("m-1.safetensors"), {{"a", at::ones({2})}});
