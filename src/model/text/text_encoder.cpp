@@ -17,10 +17,11 @@ TextEncoder TextEncoder::open(const std::string& encoder_folder, const std::stri
   return text;
 }
 
-std::vector<at::Tensor> TextEncoder::encode(const std::vector<std::string>& prompts, Monitor& monitor) const {
+std::vector<at::Tensor> TextEncoder::encode(const std::vector<std::string>& prompts, Monitor& monitor,
+                                            std::int64_t length) const {
   std::vector<TokenBatch> batches;
   for (const std::string& prompt : prompts) {
-    Tokens tokens = tokenizer_.encode(prompt, prompt_tokens);
+    Tokens tokens = tokenizer_.encode(prompt, static_cast<std::size_t>(length));
     // Padding is masked out everywhere: without it the text's vectors are the same, and far quicker to have.
     tokens.ids.resize(tokens.length());
     const at::Tensor ids = at::tensor(tokens.ids, at::kLong).unsqueeze(0);
@@ -30,14 +31,10 @@ std::vector<at::Tensor> TextEncoder::encode(const std::vector<std::string>& prom
       batches, [&](std::int64_t done, std::int64_t total, const auto&) { monitor.step("text encoder", done, total); });
   std::vector<at::Tensor> padded;
   for (const at::Tensor& h : hidden) {
-    padded.push_back(at::zeros({1, prompt_tokens, width()}));
+    padded.push_back(at::zeros({1, length, width()}));
     padded.back().narrow(1, 0, h.size(1)).copy_(h);
   }
   return padded;
-}
-
-at::Tensor TextEncoder::encode(const std::string& prompt, Monitor& monitor) const {
-  return encode(std::vector{prompt}, monitor).front();
 }
 
 }  // namespace uwv::model

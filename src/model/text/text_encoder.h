@@ -25,11 +25,11 @@ class TextEncoder {
   std::int64_t width() const { return encoder_.config().d_model; }
   const Umt5Encoder& encoder() const { return encoder_; }
 
-  /// Each prompt as (1, prompt_tokens, width) float32, zeros past its end token; longer prompts are cut. All are
+  /// Each cleaned prompt as (1, tokens, width) float32, zeros past its end token; longer prompts are cut. All are
   /// encoded in one walk through the weights, and only the tokens that are there. The monitor hears of stage
   /// "text encoder" after each layer and can stop it.
-  std::vector<at::Tensor> encode(const std::vector<std::string>& prompts, Monitor& monitor) const;
-  at::Tensor encode(const std::string& prompt, Monitor& monitor) const;
+  std::vector<at::Tensor> encode(const std::vector<std::string>& prompts, Monitor& monitor,
+                                 std::int64_t tokens = prompt_tokens) const;
 
  private:
   TextEncoder(Tokenizer tokenizer, Umt5Encoder encoder)

@@ -3,11 +3,10 @@
 
 #include <ATen/ATen.h>
 
-#include <filesystem>
-
 #include "io/printable.h"
 #include "model/transformer/transformer_shapes.h"
 #include "model/transformer/weight_access.h"
+#include "model/weights/wan_names.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -22,10 +21,11 @@ std::string listed(const std::vector<std::string>& names) {
   return names.size() > names_told ? fmt::format("{} and {} more", text, names.size() - names_told) : text;
 }
 
-/// diffusers' one file where there is one, whatever lies beside it; else all the folder holds.
-std::string weights_in(const std::string& folder) {
-  const std::string whole = folder + "/diffusion_pytorch_model.safetensors";
-  return std::filesystem::exists(whole) ? whole : folder;
+/// The folder's weights under diffusers' names, whoever wrote them.
+WeightFiles weights_in(const std::string& folder) {
+  WeightFiles weights = WeightFiles::open(folder);
+  weights.rename(transformer_diffusers_name);
+  return weights;
 }
 
 bool holds_any(const WeightFiles& files, const std::string& start) {
@@ -37,9 +37,7 @@ bool holds_any(const WeightFiles& files, const std::string& start) {
 }  // namespace
 
 WanTransformer::Network::Network(const std::string& folder, TransformerOptions options)
-    : options_(std::move(options)),
-      config_(TransformerConfig::read(folder)),
-      weights_(WeightFiles::open(weights_in(folder))) {
+    : options_(std::move(options)), config_(TransformerConfig::read(folder)), weights_(weights_in(folder)) {
   settle_reference_branch();
   check_weights();
   set_loras(std::move(options_.loras));

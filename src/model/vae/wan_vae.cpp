@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "model/vae/vae_shapes.h"
+#include "model/weights/wan_names.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -29,12 +30,6 @@ at::Tensor frame_rows(const at::Tensor& clip, std::int64_t number, Rows rows) {
   return clip[0].select(1, number).narrow(1, rows.begin, rows.count()).permute({1, 2, 0});
 }
 
-/// diffusers' file where there is one, whatever else lies beside it.
-std::string weights_in(const std::string& folder) {
-  const std::filesystem::path usual = std::filesystem::path(folder) / "diffusion_pytorch_model.safetensors";
-  return std::filesystem::exists(usual) ? usual.string() : folder;
-}
-
 void check_finite(const at::Tensor& values, const char* what) {
   if (!at::isfinite(values).all().item<bool>())
     fail(ErrorCode::value_invalid, "{} hold NaN or infinite numbers; what made them went wrong", what);
@@ -51,7 +46,8 @@ WanVae::WanVae(VaeConfig config, const VaeOptions& options) : config_(std::move(
 
 WanVae WanVae::open(const std::string& folder, const VaeOptions& options) {
   WanVae vae(VaeConfig::read((std::filesystem::path(folder) / "config.json").string()), options);
-  const WeightFiles weights = WeightFiles::open(weights_in(folder));
+  WeightFiles weights = WeightFiles::open(folder);
+  weights.rename(vae_diffusers_name);
   weights.check(vae_shapes(vae.config_));
   const at::ScalarType type = vae.options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
   vae.encoder_ = std::make_unique<WanEncoder>(weights, vae.config_, type);
