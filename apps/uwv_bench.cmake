@@ -35,3 +35,16 @@ add_executable(uwv_bench
   bench/true_clip.cpp)
 target_include_directories(uwv_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval uwv::io CLI11::CLI11 nlohmann_json::nlohmann_json)
+
+# Weights and speed of the video model, where the library was built with it.
+if(TARGET uwv_model)
+  target_sources(uwv_bench PRIVATE
+    bench/model_commands.cpp
+    bench/model_shapes.cpp
+    bench/model_transformer.cpp
+    bench/model_weights.cpp)
+  target_compile_definitions(uwv_bench PRIVATE UWV_BENCH_MODEL)
+  target_include_directories(uwv_bench PRIVATE ${uwv_SOURCE_DIR}/src)
+  target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch>)
+  uwv_compile_with_torch(bench/model_transformer.cpp)
+endif()

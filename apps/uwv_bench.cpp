@@ -7,6 +7,9 @@
 #include <sstream>
 
 #include "bench/benchmarks.h"
+#ifdef UWV_BENCH_MODEL
+#include "bench/model_commands.h"
+#endif
 #include "uwv/core/error.h"
 
 namespace uwv::bench {
@@ -113,9 +116,13 @@ class CommandLine {
     clip.add_option("--texture", options_.texture, "How much texture the models have, 0 to 1")->capture_default_str();
     clip.add_option("--travel", options_.travel, "How far the camera goes; 1 = three units")->capture_default_str();
     clip.add_option("--out", options_.out, "Folder to save into")->required();
+#ifdef UWV_BENCH_MODEL
+    add_model_commands(app, model_benchmark_, json_path_);
+#endif
   }
 
   std::vector<Table> run() {
+    if (model_benchmark_) return model_benchmark_();
     options_.pairs.clear();
     for (const std::string& pair : pairs_) options_.pairs.push_back(frames_of(pair));
     options_.sizes.clear();
@@ -201,6 +208,7 @@ class CommandLine {
   std::vector<std::string> sizes_{"416x240", "832x480", "1664x960"};
   std::string json_path_;
   Benchmark benchmark_;
+  std::function<std::vector<Table>()> model_benchmark_;  ///< When one of "model" was chosen.
 };
 
 }  // namespace

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/model_commands.h"
+
+#include <memory>
+
+namespace uwv::bench {
+namespace {
+
+using Command = std::vector<Table> (*)(const ModelBenchOptions&);
+
+void clip_flags(CLI::App& sub, ModelBenchOptions& options) {
+  sub.add_option("--model", options.model, "Folder of the model")->required();
+  sub.add_option("--width", options.width, "Picture width, a multiple of 16")->capture_default_str();
+  sub.add_option("--height", options.height, "Picture height, a multiple of 16")->capture_default_str();
+  sub.add_option("--frames", options.frames, "Frames of the clip, 1 more than a multiple of 4")->capture_default_str();
+  sub.add_option("--runs", options.runs, "Measured runs a figure; the median is reported")->capture_default_str();
+}
+
+}  // namespace
+
+void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run, std::string& json_path) {
+  CLI::App& model = *app.add_subcommand("model", "The video model: weights of real sizes, and its networks' speed");
+  model.require_subcommand(1);
+  const auto options = std::make_shared<ModelBenchOptions>();
+  const auto subcommand = [&](const char* name, const char* help, Command function) -> CLI::App& {
+    CLI::App& sub = *model.add_subcommand(name, help);
+    sub.add_option("--threads", options->threads, "0 = all processors")->capture_default_str();
+    sub.add_option("--json", json_path, "Also write the figures to this file");
+    sub.add_option("--seed", options->seed, "Of all that is random")->capture_default_str();
+    sub.callback([&run, options, function] { run = [options, function] { return function(*options); }; });
+    return sub;
+  };
+
+  CLI::App& weights = subcommand(
+      "make-weights", "Random weights of real sizes; example: uwv_bench model make-weights --config 1.3b --out DIR",
+      make_weights);
+  weights.add_option("--config", options->config, "tiny, 1.3b, 14b: transformers; vae; text: the text encoder")
+      ->check(CLI::IsMember({"tiny", "1.3b", "14b", "vae", "text"}))
+      ->capture_default_str();
+  weights.add_option("--dtype", options->dtype, "f32 or bf16")
+      ->check(CLI::IsMember({"f32", "bf16"}))
+      ->capture_default_str();
+  weights.add_option("--out", options->out, "Folder to write into")->required();
+
+  CLI::App& transformer = subcommand(
+      "transformer",
+      "One step of the transformer, each way of holding it; example: uwv_bench model transformer --model DIR",
+      time_transformer);
+  clip_flags(transformer, *options);
+  transformer.add_option("--forms", options->forms, "Ways of holding weights; errors are against the first")
+      ->delimiter(',')
+      ->capture_default_str();
+  transformer.add_option("--ref-frames", options->ref_frames, "Frames of the reference video")->capture_default_str();
+  transformer.add_option("--text-tokens", options->text_tokens, "Of the prompt, of 512")->capture_default_str();
+  transformer.add_flag("--streamed", options->streamed, "Read blocks when their turn comes");
+  transformer.add_option("--compare", options->compare,
+                         "Folder with inputs and an answer of scripts/diffusers-transformer.py to compare with");
+}
+
+}  // namespace uwv::bench

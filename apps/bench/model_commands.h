@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// "uwv_bench model ...": networks of the video model, timed on weights of their real sizes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/table.h"
+
+namespace uwv::bench {
+
+struct ModelBenchOptions {
+  std::string config = "1.3b";  ///< Which weights are made.
+  std::string dtype = "bf16";   ///< Of the weights that are made.
+  std::uint64_t seed = 1;
+  std::string out;    ///< Folder the weights are written into.
+  std::string model;  ///< Folder of the weights that are timed.
+  int width = 416, height = 240, frames = 17;
+  int ref_frames = 0;    ///< Of the reference video; 0 = none.
+  int text_tokens = 40;  ///< Of the prompt, of 512.
+  int runs = 1;
+  int threads = 0;  ///< 0 = all processors.
+  std::vector<std::string> forms{"f32", "bf16_stored", "bf16", "int8_stored", "int8"};
+  bool streamed = false;  ///< Blocks are read when their turn comes.
+  std::string compare;    ///< File that the first form's answer is written to or, where it exists, compared with.
+};
+
+/// Weights of real sizes and random values in the layout of published checkpoints.
+std::vector<Table> make_weights(const ModelBenchOptions& options);
+
+/// Seconds a step, peak memory, and error against float32, for each way of holding the transformer's weights.
+std::vector<Table> time_transformer(const ModelBenchOptions& options);
+
+/// Adds the command "model" with all of these below it; the chosen one is put into `run`.
+void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run, std::string& json_path);
+
+}  // namespace uwv::bench
