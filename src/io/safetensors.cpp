@@ -19,6 +19,9 @@ using nlohmann::json;
 /// The format's own limit; no real header comes near it.
 constexpr std::uint64_t max_header_bytes = 100'000'000;
 
+/// More than any tensor has; torch refuses more than 64.
+constexpr std::size_t max_dimensions = 64;
+
 struct Tensor {
   TensorInfo info;
   std::uint64_t begin = 0, end = 0;  // bytes from the start of the data
@@ -45,13 +48,18 @@ const json& member(const json& object, const char* key, json::value_t type, cons
   return *found;
 }
 
-/// Bytes of the tensor by its type and shape. Zero-length dimensions are legal and hide no overflow of the others.
+/// Bytes of the tensor by its type and shape. Dimensions of 0 are legal and must not hide an overflow of the others:
+/// whoever makes strides of the shape multiplies those.
 std::uint64_t bytes_of(const TensorInfo& info, const std::string& where) {
+  constexpr std::uint64_t most = std::numeric_limits<std::int64_t>::max();
   std::uint64_t total = size_of(info.dtype);
-  for (const std::size_t n : info.shape)
-    if (__builtin_mul_overflow(total, n, &total))
-      fail(ErrorCode::file_damaged, "{}: the product of its shape overflows 64 bits", where);
-  return total;
+  bool none = false;
+  for (const std::size_t n : info.shape) {
+    none = none || n == 0;
+    if (__builtin_mul_overflow(total, std::max<std::size_t>(n, 1), &total) || total > most)
+      fail(ErrorCode::file_damaged, "{}: the product of its shape overflows 63 bits", where);
+  }
+  return none ? 0 : total;
 }
 
 Tensor parse_tensor(const json& entry, const std::string& where, std::uint64_t data_bytes) {
@@ -59,9 +67,12 @@ Tensor parse_tensor(const json& entry, const std::string& where, std::uint64_t d
   Tensor tensor;
   const auto& dtype = member(entry, "dtype", json::value_t::string, where).get_ref<const std::string&>();
   const auto known = dtype_named(dtype);
-  if (!known) fail(ErrorCode::file_damaged, "{} has the unknown dtype '{}'", where, dtype.substr(0, 40));
+  if (!known) fail(ErrorCode::file_damaged, "{} has the unknown dtype '{}'", where, io::printable(dtype));
   tensor.info.dtype = *known;
-  for (const json& n : member(entry, "shape", json::value_t::array, where))
+  const json& shape = member(entry, "shape", json::value_t::array, where);
+  if (shape.size() > max_dimensions)
+    fail(ErrorCode::file_damaged, "{} has {} dimensions; at most {} are read", where, shape.size(), max_dimensions);
+  for (const json& n : shape)
     tensor.info.shape.push_back(static_cast<std::size_t>(unsigned_number(n, where + "'s shape")));
 
   const json& offsets = member(entry, "data_offsets", json::value_t::array, where);
@@ -88,8 +99,9 @@ void check_coverage(const std::map<std::string, Tensor>& tensors, std::uint64_t 
   std::uint64_t covered = 0;
   for (const auto* entry : by_begin) {
     if (entry->second.begin != covered)
-      fail(ErrorCode::file_damaged, "{}: tensor '{}' starts at byte {} where {} is wanted ({})", path, entry->first,
-           entry->second.begin, covered, entry->second.begin < covered ? "tensors overlap" : "there is a gap");
+      fail(ErrorCode::file_damaged, "{}: tensor '{}' starts at byte {} where {} is wanted ({})", path,
+           io::printable(entry->first), entry->second.begin, covered,
+           entry->second.begin < covered ? "tensors overlap" : "there is a gap");
     covered = entry->second.end;
   }
   if (covered != data_bytes)

@@ -35,6 +35,12 @@ std::string one_tensor(const std::string& dtype, const std::string& shape, const
                  data);
 }
 
+std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
 /// Three tensors whose header length is odd, so that the data is unaligned.
 std::string small_valid_file() {
   return file_of(
@@ -126,6 +132,10 @@ TEST(SafeTensors, RefusesLyingHeaders) {
       {"fractional dimension", one_tensor("F32", "[1.0]", four)},
       {"overflowing shape", one_tensor("F32", "[4294967296,4294967296]", four)},
       {"overflow that hits the size", one_tensor("F32", "[4611686018427387905]", four)},
+      {"overflow hidden by a zero", one_tensor("F32", "[0,4294967296,4294967296]", "")},
+      {"overflow of signed sizes", one_tensor("U8", "[0,9223372036854775808]", "")},
+      {"65 dimensions", one_tensor("F32", "[1" + repeated(",1", 64) + "]", four)},
+      {"name with an escape", file_of("{" + entry("\\u001b[31m", "[1]", "[4,8]") + "}", four + four)},
       {"shape too large", one_tensor("F32", "[2]", four)},
       {"offsets outside", file_of("{" + entry("a", "[2]", "[0,8]") + "}", four)},
       {"offsets backwards", file_of("{" + entry("a", "[1]", "[4,0]") + "}", four)},
