@@ -8,6 +8,7 @@
 #include "bench/peak_memory.h"
 #include "bench/timing.h"
 #include "model/layers/torch_scope.h"
+#include "model/transformer/transformer_cost.h"
 #include "model/transformer/wan_transformer.h"
 #include "uwv/core/error.h"
 
@@ -71,6 +72,19 @@ Measured measure(const ModelBenchOptions& options, const std::string& form, cons
   return measured;
 }
 
+model::TransformerLoad load_of(const ModelBenchOptions& options, const std::string& form, const Inputs& in,
+                               std::int64_t patch_values) {
+  model::TransformerLoad load;
+  load.tokens = in.latents.numel() / in.latents.size(1) / patch_values;
+  load.text_tokens = in.text.size(1);
+  if (in.reference.defined()) load.reference_tokens = in.reference.numel() / in.reference.size(1) / patch_values;
+  load.form = model::linear_form(form);
+  load.streamed = options.streamed;
+  const auto files = model::WeightFiles::open(options.model + "/transformer");
+  load.stored_bytes = static_cast<int>(size_of(files.info("blocks.0.attn1.to_q.weight").dtype));
+  return load;
+}
+
 double relative_error(const at::Tensor& ours, const at::Tensor& exact) {
   return ((ours - exact).square().mean().sqrt() / exact.square().mean().sqrt()).item<double>();
 }
@@ -87,15 +101,16 @@ std::vector<Table> time_transformer(const ModelBenchOptions& options) {
     in = given_inputs(theirs);
     exact = theirs.load("out", at::kFloat);
   }
-  const std::int64_t tokens = in.latents.size(2) * in.latents.size(3) * in.latents.size(4) / config.patch_values();
-  Table table("transformer",
-              {"form", "streamed", "tokens", "open_s", "first_step_s", "step_s", "peak_gb", "error", "velocity_rms"});
+  Table table("transformer", {"form", "streamed", "tokens", "open_s", "first_step_s", "step_s", "gflops", "peak_gb",
+                              "estimated_gb", "error"});
   for (const std::string& form : options.forms) {
     const Measured measured = measure(options, form, in);
     if (!exact.defined()) exact = measured.velocity;
-    table.add({form, options.streamed ? "yes" : "no", tokens, measured.open_seconds, measured.first_seconds,
-               measured.step_seconds, measured.peak_bytes / 1e9, relative_error(measured.velocity, exact),
-               measured.velocity.square().mean().sqrt().item<double>()});
+    const model::TransformerLoad load = load_of(options, form, in, config.patch_values());
+    table.add({form, options.streamed ? "yes" : "no", load.tokens, measured.open_seconds, measured.first_seconds,
+               measured.step_seconds, model::estimated_flops(config, load) / measured.step_seconds / 1e9,
+               measured.peak_bytes / 1e9, model::estimated_peak_bytes(config, load) / 1e9,
+               relative_error(measured.velocity, exact)});
   }
   return {table};
 }

@@ -3,11 +3,8 @@
 
 #include <ATen/ATen.h>
 
-#include <array>
-
 #include "model/layers/int8_product.h"
 #include "model/layers/token_kernels.h"
-#include "uwv/core/error.h"
 
 namespace uwv::model {
 namespace {
@@ -15,32 +12,9 @@ namespace {
 /// A weight in few bits is widened so many bytes at a time, which stay in the cache until they are multiplied.
 constexpr std::int64_t widened_bytes = 8 << 20;
 
-struct FormName {
-  LinearForm form;
-  const char* name;
-};
-constexpr std::array form_names{FormName{LinearForm::f32, "f32"}, FormName{LinearForm::bf16_stored, "bf16_stored"},
-                                FormName{LinearForm::bf16, "bf16"}, FormName{LinearForm::int8_stored, "int8_stored"},
-                                FormName{LinearForm::int8, "int8"}};
-
 bool is_int8(LinearForm form) { return form == LinearForm::int8 || form == LinearForm::int8_stored; }
 
 }  // namespace
-
-std::string to_string(LinearForm form) {
-  for (const FormName& each : form_names)
-    if (each.form == form) return each.name;
-  return "unknown";
-}
-
-LinearForm linear_form(const std::string& name) {
-  std::string known;
-  for (const FormName& each : form_names) {
-    if (name == each.name) return each.form;
-    known += (known.empty() ? "" : ", ") + std::string(each.name);
-  }
-  throw std::invalid_argument(fmt::format("a linear form named '{}', wanted one of {}", name, known));
-}
 
 at::ScalarType token_type(LinearForm form) {
   return form == LinearForm::bf16 || form == LinearForm::int8 ? at::kBFloat16 : at::kFloat;

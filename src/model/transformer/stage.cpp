@@ -17,7 +17,11 @@ std::vector<StageId> stages_in_order(const TransformerConfig& config) {
 Stages::Stages(const FusedWeights& weights, const TransformerConfig& config, LinearForm form, bool streamed)
     : weights_(weights), config_(config), form_(form), streamed_(streamed), order_(stages_in_order(config)) {
   if (streamed_) return;
-  for (const StageId& id : order_) kept_.push_back(make(id));
+  for (const StageId& id : order_) {
+    kept_.push_back(make(id));
+    // Where making a layer rounded its weights, the pages they were read from would count twice.
+    release(id);
+  }
 }
 
 Stages::~Stages() {
@@ -31,17 +35,23 @@ std::shared_ptr<const Stage> Stages::make(const StageId& id) const {
     if (id.index == 0) stage->proj_in = linear(weights_, prefix + ".proj_in", form_);
     stage->proj_out = linear(weights_, prefix + ".proj_out", form_);
   }
-  const bool refers = config_.reference == (id.vace ? ReferenceBranch::hint : ReferenceBranch::dit);
-  if (const int j = config_.reference_of(id.index); refers && j >= 0)
+  if (const int j = reference_behind(id); j >= 0)
     stage->reference.emplace(weights_, j, config_.heads, config_.eps, form_);
   return stage;
+}
+
+int Stages::reference_behind(const StageId& id) const {
+  const bool refers = config_.reference == (id.vace ? ReferenceBranch::hint : ReferenceBranch::dit);
+  return refers ? config_.reference_of(id.index) : -1;
 }
 
 std::vector<std::string> Stages::names_of(const StageId& id) const {
   std::vector<std::string> names;
   const std::string start = id.prefix() + ".";
+  const int j = reference_behind(id);
+  const std::string reference = "uniview_ref_attn." + std::to_string(j) + ".";
   for (const std::string& name : weights_.files().names())
-    if (name.starts_with(start)) names.push_back(name);
+    if (name.starts_with(start) || (j >= 0 && name.starts_with(reference))) names.push_back(name);
   return names;
 }
 
@@ -53,8 +63,11 @@ std::shared_ptr<const Stage> Stages::get(std::size_t at) {
 }
 
 void Stages::done(std::size_t at) {
-  if (!streamed_) return;
-  for (const std::string& name : names_of(order_[at])) weights_.files().release(name);
+  if (streamed_) release(order_[at]);
+}
+
+void Stages::release(const StageId& id) const {
+  for (const std::string& name : names_of(id)) weights_.files().release(name);
 }
 
 void Stages::read_ahead(std::size_t at) {

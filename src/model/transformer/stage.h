@@ -48,7 +48,10 @@ class Stages {
 
  private:
   std::shared_ptr<const Stage> make(const StageId& id) const;
+  /// Which reference attention acts after a block, or -1.
+  int reference_behind(const StageId& id) const;
   std::vector<std::string> names_of(const StageId& id) const;
+  void release(const StageId& id) const;
   void read_ahead(std::size_t at);
 
   const FusedWeights& weights_;
