@@ -15,9 +15,7 @@ at::Tensor as_frame(const at::Tensor& picture) { return picture.squeeze(0).permu
 }  // namespace
 
 FrameConv::FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge)
-    : weight_(fused_conv::packed(weight, edge == Edge::same ? weight.size(2) / 2 : 0, edge == Edge::same ? 1 : 2)),
-      bias_(bias),
-      edge_(edge) {}
+    : weight_(weight.contiguous(at::MemoryFormat::ChannelsLast)), bias_(bias), edge_(edge) {}
 
 at::Tensor FrameConv::operator()(const at::Tensor& frame) const {
   if (edge_ == Edge::halved) return as_frame(fused_conv::run(as_picture(frame), weight_, bias_, 0, 2));
@@ -34,8 +32,9 @@ CausalConv::CausalConv(const WeightFiles& weights, const std::string& prefix, at
   const at::Tensor weight = weights.view(prefix + ".weight");
   const at::Tensor bias = weights.load(prefix + ".bias", type);
   for (std::int64_t back = 0; back < 3; ++back)
-    taps_[back] = FrameConv(weight.select(2, 2 - back).to(type).contiguous(), back == 0 ? bias : at::Tensor(),
-                            FrameConv::Edge::same);
+    taps_[back] =
+        FrameConv(weight.select(2, 2 - back).to(type), back == 0 ? bias : at::Tensor(), FrameConv::Edge::same);
+  weights.release(prefix + ".weight");
 }
 
 at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool) const {

@@ -13,7 +13,6 @@ namespace {
 using Ints = at::IntArrayRef;
 using MaybeScalar = std::optional<at::Scalar>;
 using MaybeText = std::optional<std::string_view>;
-using Pack = at::Tensor(const at::Tensor&, Ints, Ints, Ints, std::int64_t, at::OptionalIntArrayRef);
 using Run = at::Tensor(const at::Tensor&, const at::Tensor&, const std::optional<at::Tensor>&, Ints, Ints, Ints,
                        std::int64_t, std::string_view, c10::List<MaybeScalar>, MaybeText);
 using Add = at::Tensor&(at::Tensor&, const at::Tensor&, const at::Tensor&, const std::optional<at::Tensor>&, Ints, Ints,
@@ -32,10 +31,9 @@ std::optional<c10::TypedOperatorHandle<Function>> find(const char* name, const c
 }
 
 struct Operators {
-  std::optional<c10::TypedOperatorHandle<Pack>> pack = find<Pack>("mkldnn::_reorder_convolution_weight", "");
   std::optional<c10::TypedOperatorHandle<Run>> run = find<Run>("mkldnn::_convolution_pointwise", "");
   std::optional<c10::TypedOperatorHandle<Add>> add = find<Add>("mkldnn::_convolution_pointwise_", "binary");
-  bool complete = pack && run && add && at::globalContext().hasMKLDNN() && at::globalContext().userEnabledMkldnn();
+  bool complete = run && add && at::globalContext().hasMKLDNN() && at::globalContext().userEnabledMkldnn();
 };
 
 const Operators& operators() {
@@ -48,11 +46,6 @@ std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
 }
 
 }  // namespace
-
-at::Tensor packed(const at::Tensor& weight, std::int64_t padding, std::int64_t stride) {
-  if (!operators().complete) return weight.contiguous(at::MemoryFormat::ChannelsLast);
-  return operators().pack->call(weight, {padding, padding}, {stride, stride}, {1, 1}, 1, std::nullopt);
-}
 
 at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
                std::int64_t stride) {

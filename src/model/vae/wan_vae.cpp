@@ -37,24 +37,23 @@ void check_finite(const at::Tensor& values, const char* what) {
 
 }  // namespace
 
-WanVae::WanVae(VaeConfig config, const VaeOptions& options) : config_(std::move(config)), options_(options) {
+WanVae::WanVae(VaeConfig config, WeightFiles weights, const VaeOptions& options)
+    : config_(std::move(config)), weights_(std::move(weights)), options_(options) {
   options_.check();
   options_.precision = resolved(options.precision);
+  weights_.check(vae_shapes(config_));
   mean_ = at::tensor(config_.latents_mean);
   std_ = at::tensor(config_.latents_std);
 }
 
 WanVae WanVae::open(const std::string& folder, const VaeOptions& options) {
-  WanVae vae(VaeConfig::read((std::filesystem::path(folder) / "config.json").string()), options);
+  VaeConfig config = VaeConfig::read((std::filesystem::path(folder) / "config.json").string());
   WeightFiles weights = WeightFiles::open(folder);
   weights.rename(vae_diffusers_name);
-  weights.check(vae_shapes(vae.config_));
-  const at::ScalarType type = vae.options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
-  vae.encoder_ = std::make_unique<WanEncoder>(weights, vae.config_, type);
-  vae.decoder_ = std::make_unique<WanDecoder>(weights, vae.config_, type);
-  for (const std::string& name : weights.names()) weights.release(name);
-  return vae;
+  return {std::move(config), std::move(weights), options};
 }
+
+at::ScalarType WanVae::type() const { return options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat; }
 
 at::Tensor WanVae::encode(const at::Tensor& video, Monitor& monitor, const VaeProbe& probe) const {
   if (video.dim() != 5 || video.size(0) != 1 || video.size(1) != 3)
@@ -77,11 +76,12 @@ at::Tensor WanVae::encode(const ClipSource& source, std::int64_t frames, std::in
   long done = 0;
   const auto between = stopper(monitor, encode_stage, done, total);
 
-  WanEncoder::Ending ending(*encoder_, between, probe);
+  const WanEncoder encoder(weights_, config_, type());
+  WanEncoder::Ending ending(encoder, between, probe);
   std::vector<at::Tensor> latents;
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(config_.latent_frames(frames)));
   for (const Rows band : bands) {
-    WanEncoder::Pass pass(*encoder_, latent_height, band, between, probe);
+    WanEncoder::Pass pass(encoder, latent_height, band, between, probe);
     std::size_t complete = 0;
     for (std::int64_t first = 0; first < used;) {
       const std::int64_t count = first == 0 ? 1 : config_.temporal_factor();
@@ -115,9 +115,10 @@ void WanVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& mo
   const long total = static_cast<long>(bands.size()) * config_.frames_of(latent_frames);
   long done = 0;
 
+  const WanDecoder decoder(weights_, config_, type());
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(latent_frames));
   for (const Rows band : bands) {
-    WanDecoder::Pass pass(*decoder_, latents.size(3), band, stopper(monitor, decode_stage, done, total), probe);
+    WanDecoder::Pass pass(decoder, latents.size(3), band, stopper(monitor, decode_stage, done, total), probe);
     std::int64_t first = 0;
     for (std::int64_t k = 0; k < latent_frames; ++k) {
       const at::Tensor normalised = latents[0].select(1, k).permute({1, 2, 0}).to(at::kFloat);

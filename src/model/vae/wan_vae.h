@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The autoencoder of Wan 2.1 (AutoencoderKLWan): clips to latents and back. Sheet model.md, 7.
 //
-// Both ways stream: frames are asked for and handed out few at a time, and memory does not grow with the clip (with
-// more than one band, what waits for the last band does: see VaeOptions::bands).
+// The weights stay in their file; each call reads the half it needs and lets go of it at its end. Both ways stream:
+// frames are asked for and handed out few at a time, and memory does not grow with the clip (with more than one band,
+// what waits for the last band does: see VaeOptions::bands).
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <string>
 
 #include "model/vae/vae_config.h"
@@ -47,13 +47,13 @@ class WanVae {
   at::Tensor decode(const at::Tensor& latents, Monitor& monitor, const VaeProbe& probe = {}) const;
 
  private:
-  WanVae(VaeConfig config, const VaeOptions& options);
+  WanVae(VaeConfig config, WeightFiles weights, const VaeOptions& options);
+  at::ScalarType type() const;
 
   VaeConfig config_;
+  WeightFiles weights_;
   VaeOptions options_;
   at::Tensor mean_, std_;  ///< (z)
-  std::unique_ptr<WanEncoder> encoder_;
-  std::unique_ptr<WanDecoder> decoder_;
 };
 
 }  // namespace uwv::model
