@@ -55,6 +55,15 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
   transformer.add_flag("--streamed", options->streamed, "Read blocks when their turn comes");
   transformer.add_option("--compare", options->compare,
                          "Folder with inputs and an answer of scripts/diffusers-transformer.py to compare with");
+
+  CLI::App& vae = subcommand(
+      "vae", "The autoencoder, each way of running it; example: uwv_bench model vae --model DIR --forms f32,bf16/2",
+      time_vae);
+  clip_flags(vae, *options);
+  vae.add_option("--forms", options->forms, "f32, bf16, auto, each with /N for N bands; errors are against the first")
+      ->delimiter(',')
+      ->required();
+  vae.add_option("--ways", options->ways, "decode, encode")->delimiter(',')->capture_default_str();
 }
 
 }  // namespace uwv::bench

@@ -25,8 +25,9 @@ struct ModelBenchOptions {
   int runs = 1;
   int threads = 0;  ///< 0 = all processors.
   std::vector<std::string> forms{"f32", "bf16_stored", "bf16", "int8_stored", "int8"};
-  bool streamed = false;  ///< Blocks are read when their turn comes.
-  std::string compare;    ///< File that the first form's answer is written to or, where it exists, compared with.
+  std::vector<std::string> ways{"decode", "encode"};  ///< Of the autoencoder.
+  bool streamed = false;                              ///< Blocks are read when their turn comes.
+  std::string compare;  ///< File that the first form's answer is written to or, where it exists, compared with.
 };
 
 /// Weights of real sizes and random values in the layout of published checkpoints.
@@ -34,6 +35,9 @@ std::vector<Table> make_weights(const ModelBenchOptions& options);
 
 /// Seconds a step, peak memory, and error against float32, for each way of holding the transformer's weights.
 std::vector<Table> time_transformer(const ModelBenchOptions& options);
+
+/// Seconds a frame, peak memory, and error against the first form, for each way of running the autoencoder.
+std::vector<Table> time_vae(const ModelBenchOptions& options);
 
 /// Adds the command "model" with all of these below it; the chosen one is put into `run`.
 void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run, std::string& json_path);

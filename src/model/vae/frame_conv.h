@@ -24,6 +24,8 @@ class FrameConv {
   /// `weight` is (O, C, k, k), `bias` (O) or undefined.
   FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge);
 
+  /// C.
+  std::int64_t channels() const { return weight_.size(1); }
   at::Tensor operator()(const at::Tensor& frame) const;
   /// sum += what operator() gives, without a frame in between where the library can.
   void add_to(at::Tensor& sum, const at::Tensor& frame) const;

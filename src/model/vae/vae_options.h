@@ -14,6 +14,8 @@ enum class VaePrecision {
   bf16,       ///< Half the memory; what that costs in PSNR is in the docs.
 };
 std::string_view to_string(VaePrecision precision);
+/// By its name. Throws Error(value_invalid).
+VaePrecision vae_precision(std::string_view name);
 
 struct VaeOptions {
   VaePrecision precision = VaePrecision::f32;
@@ -23,6 +25,12 @@ struct VaeOptions {
   /// More bands than a picture has rows of latents are not made.
   int bands = 1;
 
+  /// Pixels of the side of square tiles, 0 = none; and from one tile to the next, 0 = three quarters of a tile. See
+  /// vae_tiles.h: for pictures so large that the attention over all of a frame's latents is what takes the time. Each
+  /// tile may be worked on in bands as well. Both are multiples of 8. The whole clip's result waits in memory.
+  int tile = 0, tile_stride = 0;
+
+  int stride() const { return tile_stride > 0 ? tile_stride : tile / 32 * 24; }
   /// Throws std::invalid_argument.
   void check() const;
 };

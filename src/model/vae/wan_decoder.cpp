@@ -4,18 +4,9 @@
 #include <ATen/ATen.h>
 #include <fmt/format.h>
 
+#include "model/vae/frame_doubling.h"
+
 namespace uwv::model {
-namespace {
-
-/// Each pixel becomes 2x2.
-at::Tensor doubled(const at::Tensor& frame) {
-  const std::int64_t height = frame.size(0), width = frame.size(1), channels = frame.size(2);
-  return frame.view({height, 1, width, 1, channels})
-      .expand({height, 2, width, 2, channels})
-      .reshape({2 * height, 2 * width, channels});
-}
-
-}  // namespace
 
 WanDecoder::WanDecoder(const WeightFiles& weights, const VaeConfig& config, at::ScalarType type)
     : config_(config),

@@ -3,6 +3,7 @@
 
 #include <ATen/ATen.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "model/vae/vae_shapes.h"
@@ -22,7 +23,7 @@ std::function<void()> stopper(Monitor& monitor, const char* stage, const long& d
 
 /// (1, 3, n, H, W) of frames (rows, W, 3).
 at::Tensor as_clip(const std::vector<at::Tensor>& frames) {
-  return at::stack(frames).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kFloat).contiguous().clamp_(-1, 1);
+  return at::stack(frames).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kFloat).contiguous();
 }
 
 /// One frame (H, W, 3) of a clip (1, 3, n, H, W), some of its rows.
@@ -34,6 +35,21 @@ void check_finite(const at::Tensor& values, const char* what) {
   if (!at::isfinite(values).all().item<bool>())
     fail(ErrorCode::value_invalid, "{} hold NaN or infinite numbers; what made them went wrong", what);
 }
+
+/// Tells the progress of one part of several as that of the whole.
+class PartMonitor : public Monitor {
+ public:
+  PartMonitor(Monitor& whole, std::int64_t parts) : whole_(whole), parts_(parts) {}
+  bool progress(std::string_view stage, long done, long total) override {
+    return whole_.progress(stage, finished_ * total + done, parts_ * total);
+  }
+  void warn(const std::string& sentence) override { whole_.warn(sentence); }
+  void next() { ++finished_; }
+
+ private:
+  Monitor& whole_;
+  long parts_, finished_ = 0;
+};
 
 }  // namespace
 
@@ -53,6 +69,12 @@ WanVae WanVae::open(const std::string& folder, const VaeOptions& options) {
   return {std::move(config), std::move(weights), options};
 }
 
+TileGrid WanVae::tiles(std::int64_t latent_height, std::int64_t latent_width, std::int64_t scale) const {
+  const std::int64_t factor = config_.spatial_factor();
+  if (options_.tile == 0) return {latent_height, latent_width, std::max(latent_height, latent_width), 1, scale};
+  return {latent_height, latent_width, options_.tile / factor, options_.stride() / factor, scale};
+}
+
 at::ScalarType WanVae::type() const { return options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat; }
 
 at::Tensor WanVae::encode(const at::Tensor& video, Monitor& monitor, const VaeProbe& probe) const {
@@ -69,7 +91,24 @@ at::Tensor WanVae::encode(const ClipSource& source, std::int64_t frames, std::in
     fail(ErrorCode::size_mismatch,
          "a clip of {} frames of {}x{} cannot be encoded: at least one frame is wanted, sides that are multiples of {}",
          frames, width, height, factor);
-  const std::int64_t latent_height = height / factor;
+  const TileGrid grid = tiles(height / factor, width / factor, 1);
+  if (!grid.is_cut()) return encode_piece(source, frames, height, monitor, probe);
+  PartMonitor parts(monitor, grid.rows() * grid.columns());
+  return blended_tiles(grid, [&](Rows rows, Rows columns) {
+    const auto cut = [&](std::int64_t first, std::int64_t count) {
+      return source(first, count)
+          .narrow(3, rows.begin * factor, rows.count() * factor)
+          .narrow(4, columns.begin * factor, columns.count() * factor);
+    };
+    at::Tensor tile = encode_piece(cut, frames, rows.count() * factor, parts, {});
+    parts.next();
+    return tile;
+  });
+}
+
+at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, std::int64_t height, Monitor& monitor,
+                                const VaeProbe& probe) const {
+  const std::int64_t latent_height = height / config_.spatial_factor();
   const std::vector<Rows> bands = split_rows(latent_height, options_.bands);
   const std::int64_t used = config_.frames_of(config_.latent_frames(frames));
   const long total = static_cast<long>(bands.size()) * used;
@@ -110,6 +149,31 @@ void WanVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& mo
     fail(ErrorCode::size_mismatch, "latents of shape (1, {}, frames, height, width) are wanted for decoding",
          config_.z_dim);
   check_finite(latents, "the latents to decode");
+  const TileGrid grid = tiles(latents.size(3), latents.size(4), config_.spatial_factor());
+  if (grid.is_cut()) return decode_tiles(grid, latents, sink, monitor);
+  const auto clamped = [&](std::int64_t first, const at::Tensor& frames) { sink(first, frames.clamp(-1, 1)); };
+  decode_piece(latents, clamped, monitor, probe);
+}
+
+void WanVae::decode_tiles(const TileGrid& grid, const at::Tensor& latents, const ClipSink& sink,
+                          Monitor& monitor) const {
+  PartMonitor parts(monitor, grid.rows() * grid.columns());
+  const at::Tensor whole = blended_tiles(grid, [&](Rows rows, Rows columns) {
+    std::vector<at::Tensor> chunks;
+    decode_piece(latents.narrow(3, rows.begin, rows.count()).narrow(4, columns.begin, columns.count()),
+                 [&](std::int64_t, const at::Tensor& frames) { chunks.push_back(frames); }, parts, {});
+    parts.next();
+    return at::cat(chunks, 2);
+  });
+  for (std::int64_t first = 0; first < whole.size(2);) {
+    const std::int64_t count = first == 0 ? 1 : config_.temporal_factor();
+    sink(first, whole.narrow(2, first, count).clamp(-1, 1).contiguous());
+    first += count;
+  }
+}
+
+void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monitor& monitor,
+                          const VaeProbe& probe) const {
   const std::vector<Rows> bands = split_rows(latents.size(3), options_.bands);
   const std::int64_t latent_frames = latents.size(2);
   const long total = static_cast<long>(bands.size()) * config_.frames_of(latent_frames);

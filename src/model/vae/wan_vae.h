@@ -11,6 +11,7 @@
 
 #include "model/vae/vae_config.h"
 #include "model/vae/vae_options.h"
+#include "model/vae/vae_tiles.h"
 #include "model/vae/wan_decoder.h"
 #include "model/vae/wan_encoder.h"
 #include "uwv/core/monitor.h"
@@ -49,6 +50,12 @@ class WanVae {
  private:
   WanVae(VaeConfig config, WeightFiles weights, const VaeOptions& options);
   at::ScalarType type() const;
+  TileGrid tiles(std::int64_t latent_height, std::int64_t latent_width, std::int64_t scale) const;
+  at::Tensor encode_piece(const ClipSource& source, std::int64_t frames, std::int64_t height, Monitor& monitor,
+                          const VaeProbe& probe) const;
+  /// Not clamped.
+  void decode_piece(const at::Tensor& latents, const ClipSink& sink, Monitor& monitor, const VaeProbe& probe) const;
+  void decode_tiles(const TileGrid& grid, const at::Tensor& latents, const ClipSink& sink, Monitor& monitor) const;
 
   VaeConfig config_;
   WeightFiles weights_;

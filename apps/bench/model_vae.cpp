@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <ATen/ATen.h>
+#include <ATen/CPUGeneratorImpl.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/model_commands.h"
+#include "bench/peak_memory.h"
+#include "bench/timing.h"
+#include "model/layers/torch_scope.h"
+#include "model/vae/wan_vae.h"
+
+namespace uwv::bench {
+namespace {
+
+/// "f32", "bf16", "auto", each perhaps with "/N" for N bands of rows.
+model::VaeOptions options_of(const std::string& form) {
+  const auto slash = form.find('/');
+  model::VaeOptions options;
+  options.precision = model::vae_precision(form.substr(0, slash));
+  if (slash != std::string::npos) options.bands = std::stoi(form.substr(slash + 1));
+  return options;
+}
+
+struct Measured {
+  double seconds = 0, processor_seconds = 0, peak_bytes = 0;
+  at::Tensor answer;
+};
+
+Measured measure(const std::string& folder, const std::string& form, const at::Tensor& input, bool encodes) {
+  const model::WanVae vae = model::WanVae::open(folder, options_of(form));
+  Monitor monitor;
+  restart_peak_memory();
+  const Stopwatch watch;
+  Measured measured;
+  measured.answer = encodes ? vae.encode(input, monitor) : vae.decode(input, monitor);
+  measured.seconds = watch.seconds();
+  measured.processor_seconds = watch.processor_seconds();
+  measured.peak_bytes = peak_memory();
+  return measured;
+}
+
+/// Of values in [-1, 1].
+double psnr(const at::Tensor& ours, const at::Tensor& exact) {
+  return 10 * std::log10(4 / (ours - exact).square().mean().item<double>());
+}
+
+double largest_difference(const at::Tensor& ours, const at::Tensor& exact) {
+  return (ours - exact).abs().max().item<double>();
+}
+
+}  // namespace
+
+std::vector<Table> time_vae(const ModelBenchOptions& options) {
+  const model::TorchScope scope(options.threads);
+  const std::string folder = options.model + "/vae";
+  const model::VaeConfig config = model::VaeConfig::read(folder + "/config.json");
+  const at::Generator generator = at::detail::createCPUGenerator(options.seed);
+  const std::int64_t rows = options.height / config.spatial_factor(), columns = options.width / config.spatial_factor();
+  const at::Tensor latents =
+      at::randn({1, config.z_dim, config.latent_frames(options.frames), rows, columns}, generator);
+  const at::Tensor video = at::rand({1, 3, options.frames, options.height, options.width}, generator) * 2 - 1;
+
+  Table table("autoencoder", {"way", "form/bands", "frames", "s_per_frame", "cpu_s_per_frame", "peak_gb",
+                              "largest_difference", "psnr"});
+  for (const bool encodes : {false, true}) {
+    if (std::find(options.ways.begin(), options.ways.end(), encodes ? "encode" : "decode") == options.ways.end())
+      continue;
+    at::Tensor exact;
+    for (const std::string& form : options.forms) {
+      const Measured measured = measure(folder, form, encodes ? video : latents, encodes);
+      if (!exact.defined()) exact = measured.answer;
+      table.add({encodes ? "encode" : "decode", form, options.frames, measured.seconds / options.frames,
+                 measured.processor_seconds / options.frames, measured.peak_bytes / 1e9,
+                 largest_difference(measured.answer, exact), figure(psnr(measured.answer, exact))});
+    }
+  }
+  return {table};
+}
+
+}  // namespace uwv::bench

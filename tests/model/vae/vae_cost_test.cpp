@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/vae/vae_cost.h"
+
+#include <gtest/gtest.h>
+
+#include "model/vae/row_bands.h"
+
+namespace uwv::model {
+namespace {
+
+TEST(RowBands, CoverAllRowsOnceAndCarryTheirSurroundings) {
+  const VaeConfig config;
+  std::int64_t next = 0;
+  for (const Rows band : split_rows(60, 7)) {
+    EXPECT_EQ(band.begin, next);
+    next = band.end;
+    const auto decoder = decoder_rows(config, 60, band);
+    EXPECT_EQ(decoder.back().out, (Rows{8 * band.begin, 8 * band.end}));
+    for (const LevelRows& level : decoder) {
+      EXPECT_LE(level.in.begin, level.out.begin);
+      EXPECT_GE(level.in.end, level.out.end);
+      EXPECT_GE(level.in.begin, 0);
+      EXPECT_LE(level.in.end, level.height);
+    }
+    EXPECT_EQ(encoder_rows(config, 60, band).back().out, band);
+  }
+  EXPECT_EQ(next, 60);
+  EXPECT_EQ(split_rows(3, 8).size(), 3U);
+}
+
+// By hand, from the paper sizes: a full-size convolution of the last level is 2 * 27 * 96 * 96 operations a pixel.
+TEST(VaeCost, OperationsOfARealDecodeAreThoseOfItsConvolutions) {
+  const VaeConfig config;
+  const VaeOptions options;
+  const double four = estimated_flops(config, {5, 480, 832}, options, VaeWay::decode) -
+                      estimated_flops(config, {1, 480, 832}, options, VaeWay::decode);
+  const double last_level = 6 * 4 * 2.0 * 27 * 96 * 96 * 480 * 832;
+  EXPECT_GT(four, 2.2 * last_level);
+  EXPECT_LT(four, 3.2 * last_level);
+}
+
+TEST(VaeCost, BandsTilesAndHalfNumbersNeedLessMemory) {
+  const VaeConfig config;
+  const ClipSize size{81, 480, 832};
+  VaeOptions options;
+  double before = estimated_peak_bytes(config, size, options, VaeWay::decode);
+  EXPECT_GT(before, 4e9);
+  for (const int bands : {2, 3, 4}) {
+    options.bands = bands;
+    const double now = estimated_peak_bytes(config, size, options, VaeWay::decode);
+    EXPECT_LT(now, before);
+    before = now;
+  }
+  options = {};
+  options.precision = VaePrecision::bf16;
+  EXPECT_LT(estimated_peak_bytes(config, size, options, VaeWay::decode), 4e9);
+  options.tile = 256;
+  EXPECT_LT(estimated_peak_bytes(config, size, options, VaeWay::decode), 2e9);
+}
+
+}  // namespace
+}  // namespace uwv::model
