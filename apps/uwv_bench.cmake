@@ -41,11 +41,12 @@ if(TARGET uwv_model)
   target_sources(uwv_bench PRIVATE
     bench/model_commands.cpp
     bench/model_shapes.cpp
+    bench/model_text.cpp
     bench/model_transformer.cpp
     bench/model_vae.cpp
     bench/model_weights.cpp)
   target_compile_definitions(uwv_bench PRIVATE UWV_BENCH_MODEL)
   target_include_directories(uwv_bench PRIVATE ${uwv_SOURCE_DIR}/src)
   target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch>)
-  uwv_compile_with_torch(bench/model_transformer.cpp bench/model_vae.cpp)
+  uwv_compile_with_torch(bench/model_text.cpp bench/model_transformer.cpp bench/model_vae.cpp)
 endif()

@@ -64,6 +64,16 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
       ->delimiter(',')
       ->required();
   vae.add_option("--ways", options->ways, "decode, encode")->delimiter(',')->capture_default_str();
+
+  CLI::App& text = subcommand(
+      "text", "One prompt through the text encoder, layer by layer; example: uwv_bench model text --model DIR",
+      time_text_encoder);
+  text.add_option("--model", options->model, "Folder of the model")->required();
+  text.add_option("--forms", options->forms, "Ways of holding weights; errors are against the first")
+      ->delimiter(',')
+      ->capture_default_str();
+  text.add_option("--text-tokens", options->text_tokens, "Of the prompt")->capture_default_str();
+  text.add_option("--runs", options->runs, "Measured runs a figure; the median is reported")->capture_default_str();
 }
 
 }  // namespace uwv::bench

@@ -39,6 +39,9 @@ std::vector<Table> time_transformer(const ModelBenchOptions& options);
 /// Seconds a frame, peak memory, and error against the first form, for each way of running the autoencoder.
 std::vector<Table> time_vae(const ModelBenchOptions& options);
 
+/// Seconds a prompt, peak memory, and error against the first form, for each way of holding the text encoder's weights.
+std::vector<Table> time_text_encoder(const ModelBenchOptions& options);
+
 /// Adds the command "model" with all of these below it; the chosen one is put into `run`.
 void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run, std::string& json_path);
 

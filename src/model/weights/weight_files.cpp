@@ -234,7 +234,18 @@ void WeightFiles::release(const std::string& name) const {
   advise(files_[e.file].bytes(e.stored_name), MADV_DONTNEED);
 }
 
+void WeightFiles::refuse_scaled() const {
+  for (const auto& [name, e] : entries_)
+    for (const char* end : {"scaled_fp8", ".scale_weight", ".weight_scale"})
+      if (name.ends_with(end))
+        fail(ErrorCode::value_invalid,
+             "{}: holds 8-bit numbers with scales of their own ('{}'), which would be wrong without them and are not "
+             "read; take the weights in bf16 or f16, and ask for 8 bits by option",
+             path_, io::printable(name));
+}
+
 std::vector<std::string> WeightFiles::check(const TensorShapes& wanted) const {
+  refuse_scaled();
   std::vector<std::string> missing, misshaped, extra;
   for (const auto& [name, shape_wanted] : wanted) {
     if (!has(name))

@@ -53,7 +53,7 @@ class WeightFiles {
   void release(const std::string& name) const;
 
   /// Throws Error(value_invalid) with every missing and every misshaped tensor named (at most ten of each, and how many
-  /// more). Returns the names nobody wants.
+  /// more), and for weights that other programs quantised with scales beside them. Returns the names nobody wants.
   std::vector<std::string> check(const TensorShapes& wanted) const;
 
  private:
@@ -62,6 +62,7 @@ class WeightFiles {
     std::string stored_name;
   };
   const Entry& entry(const std::string& name) const;
+  void refuse_scaled() const;
 
   std::string path_;
   std::vector<SafeTensors> files_;

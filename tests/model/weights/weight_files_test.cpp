@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "model/tensor_support.h"
 #include "support/temp_folder.h"
 #include "uwv/core/error.h"
@@ -38,6 +40,37 @@ TEST(WeightFiles, AFileGivesBackEveryTypeOfNumberUnchanged) {
     EXPECT_EQ(weights.view("a.weight").scalar_type(), type);
     EXPECT_TRUE(at::equal(weights.load("a.weight", at::kFloat), values.to(type).to(at::kFloat))) << type;
   }
+}
+
+TEST(WeightFiles, EightBitCodesThatAreNoNumbersStayNone) {
+  const TempFolder folder;
+  const std::string path = folder.file("f8.safetensors");
+  const at::Tensor codes = at::tensor({0x7F, 0xFF, 0x7E, 0x80, 0x01}).to(at::kByte);
+  write_safetensors(path, {{"e4m3", codes.view(at::kFloat8_e4m3fn)}, {"e5m2", codes.view(at::kFloat8_e5m2)}});
+  const WeightFiles weights = WeightFiles::open(path);
+  // E4M3 has no infinities and one NaN of each sign; E5M2 has both.
+  const at::Tensor e4m3 = weights.load("e4m3", at::kFloat), e5m2 = weights.load("e5m2", at::kFloat);
+  EXPECT_TRUE(at::equal(e4m3.isnan(), at::tensor({1, 1, 0, 0, 0}).to(at::kBool)));
+  EXPECT_TRUE(at::equal(e4m3.slice(0, 2), at::tensor({448.0F, -0.0F, 0x1p-9F})));
+  EXPECT_TRUE(at::equal(e5m2.isnan(), at::tensor({1, 1, 1, 0, 0}).to(at::kBool)));
+  const SafeTensors file = SafeTensors::open(path);
+  for (const auto& [name, values] : {std::pair("e4m3", e4m3), std::pair("e5m2", e5m2)}) {
+    const std::vector<float> by_hand = file.as_float(name);
+    EXPECT_TRUE(at::allclose(at::tensor(by_hand), values, 0, 0, /*equal_nan=*/true)) << name;
+  }
+}
+
+TEST(WeightFiles, TensorsThatLieAcrossTheirAlignmentAreCopied) {
+  const TempFolder folder;
+  const std::string path = folder.file("odd.safetensors");
+  std::string header = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
+  while (header.size() % 4 != 1) header += ' ';
+  std::string bytes(8, '\0');
+  bytes[0] = static_cast<char>(header.size());
+  const std::array<float, 2> values{1.5F, -2};
+  bytes.append(header).append(reinterpret_cast<const char*>(values.data()), sizeof values);
+  write_text(path, bytes);
+  EXPECT_TRUE(at::equal(WeightFiles::open(path).view("a"), at::tensor({1.5F, -2.0F})));
 }
 
 TEST(WeightFiles, AFolderOfShardsReadsAsOne) {
@@ -104,6 +137,14 @@ TEST(WeightFiles, MissingMisshapedAndUnwantedNamesAreEachTold) {
       ErrorCode::value_invalid);
   EXPECT_THAT(text, HasSubstr("lacks 1 tensors: c"));
   EXPECT_THAT(text, HasSubstr("b [2, 3] instead of [3, 2]"));
+}
+
+TEST(WeightFiles, NumbersThatAreWrongWithoutScalesBesideThemAreRefused) {
+  const TempFolder folder;
+  write_safetensors(folder.file("m.safetensors"),
+                    {{"a.weight", at::ones({2}).to(at::kFloat8_e4m3fn)}, {"a.scale_weight", at::ones({1})}});
+  const WeightFiles weights = WeightFiles::open(folder.path().string());
+  EXPECT_THAT(complaint([&] { weights.check({{"a.weight", {2}}}); }, ErrorCode::value_invalid), HasSubstr("scales"));
 }
 
 TEST(WeightFiles, RenamingLeavesOutAndRefusesTwins) {
