@@ -3,11 +3,11 @@
 
 #include <ATen/ATen.h>
 
-#include <array>
 #include <optional>
 #include <regex>
 
 #include "io/printable.h"
+#include "model/weights/wan_names.h"
 #include "model/weights/weight_files.h"
 #include "uwv/core/error.h"
 
@@ -39,34 +39,10 @@ std::optional<Key> split(std::string key) {
   return Key{match[1], kind == "lora_A" || kind == "lora_down" ? Part::down : Part::up};
 }
 
-/// The diffusers name of a layer; names that are diffusers' already stay.
-std::string diffusers_name(std::string name) {
-  for (const std::string prefix : {"diffusion_model.", "transformer.", "model."})
-    if (name.starts_with(prefix)) {
-      name.erase(0, prefix.size());
-      break;
-    }
-  constexpr std::array whole{std::pair{"time_projection.1", "condition_embedder.time_proj"},
-                             std::pair{"time_embedding.0", "condition_embedder.time_embedder.linear_1"},
-                             std::pair{"time_embedding.2", "condition_embedder.time_embedder.linear_2"},
-                             std::pair{"text_embedding.0", "condition_embedder.text_embedder.linear_1"},
-                             std::pair{"text_embedding.2", "condition_embedder.text_embedder.linear_2"},
-                             std::pair{"head.head", "proj_out"}};
-  for (const auto& [from, to] : whole)
-    if (name == from) return to;
-  static const std::regex block(R"(((?:vace_)?blocks\.\d+)\.(.*))");
-  std::smatch match;
-  if (!std::regex_match(name, match, block)) return name;
-  const std::string within = match[2];
-  constexpr std::array ends{std::pair{"self_attn.q", "attn1.to_q"},  std::pair{"self_attn.k", "attn1.to_k"},
-                            std::pair{"self_attn.v", "attn1.to_v"},  std::pair{"self_attn.o", "attn1.to_out.0"},
-                            std::pair{"cross_attn.q", "attn2.to_q"}, std::pair{"cross_attn.k", "attn2.to_k"},
-                            std::pair{"cross_attn.v", "attn2.to_v"}, std::pair{"cross_attn.o", "attn2.to_out.0"},
-                            std::pair{"ffn.0", "ffn.net.0.proj"},    std::pair{"ffn.2", "ffn.net.2"},
-                            std::pair{"before_proj", "proj_in"},     std::pair{"after_proj", "proj_out"}};
-  for (const auto& [from, to] : ends)
-    if (within == from) return match[1].str() + "." + to;
-  return name;
+/// The diffusers name of a layer in any dialect.
+std::string layer_name(const std::string& name) {
+  constexpr std::string_view prefix = "transformer.";
+  return transformer_diffusers_name(name.starts_with(prefix) ? name.substr(prefix.size()) : name);
 }
 
 }  // namespace
@@ -83,7 +59,7 @@ LoraFile LoraFile::open(const std::string& path) {
       unknown.push_back(io::printable(name));
       continue;
     }
-    const std::string layer = diffusers_name(key->layer);
+    const std::string layer = layer_name(key->layer);
     const auto load = [&] { return weights.load(name, at::kFloat); };
     switch (key->part) {
       case Part::down: lora.layers_[layer].down = load(); break;

@@ -236,6 +236,36 @@ TEST_F(Transformer, WhatDoesNotFitIsTheCallersMistake) {
   refused([](TinyInputs& i) { i.text = at::zeros({2, 7, 10}); });
 }
 
+TEST_F(Transformer, WansOwnNamesAreTheSameNetwork) {
+  const std::vector<std::pair<std::string, std::string>> names{{"attn1.to_q", "self_attn.q"},
+                                                               {"attn1.to_k", "self_attn.k"},
+                                                               {"attn1.to_v", "self_attn.v"},
+                                                               {"attn1.to_out.0", "self_attn.o"},
+                                                               {"attn1.norm", "self_attn.norm"},
+                                                               {"attn2.to_q", "cross_attn.q"},
+                                                               {"attn2.to_k", "cross_attn.k"},
+                                                               {"attn2.to_v", "cross_attn.v"},
+                                                               {"attn2.to_out.0", "cross_attn.o"},
+                                                               {"attn2.norm", "cross_attn.norm"},
+                                                               {"norm2.", "norm3."},
+                                                               {"ffn.net.0.proj", "ffn.0"},
+                                                               {"ffn.net.2", "ffn.2"}};
+  const TinyModel wan(official, [&](Tensors& t) {
+    Tensors renamed;
+    for (const auto& [name, tensor] : t) {
+      std::string own = name;
+      for (const auto& [diffusers, theirs] : names)
+        if (const auto at = own.find(diffusers); own.find("blocks.") != std::string::npos && at != std::string::npos)
+          own.replace(at, diffusers.size(), theirs);
+      renamed["model.diffusion_model." + own] = tensor;
+    }
+    EXPECT_TRUE(renamed.contains("model.diffusion_model.blocks.0.norm3.weight"));
+    t = renamed;
+  });
+  EXPECT_TRUE(wan.open().warnings().empty());
+  EXPECT_TRUE(at::equal(TinyInputs().run(wan.open()), TinyInputs().run(TinyModel().open())));
+}
+
 TEST_F(Transformer, WeightsOfEveryStoredTypeRun) {
   const TinyInputs in;
   const at::Tensor exact = in.run(TinyModel().open());
