@@ -130,10 +130,14 @@ TEST(TextEncoder, WeightsOfOtherShapesAndOtherTokenizersAreRefused) {
   const ChangedEncoder changed("encoder.block.0.layer.0.SelfAttention.q.weight",
                                [](const at::Tensor& t) { return t.narrow(0, 1, t.size(0) - 1).clone(); });
   EXPECT_THROW(Umt5Encoder::open(changed.path(), LinearForm::f32), Error);
-  // 756 ids against a table of 512 rows.
-  EXPECT_THROW(TextEncoder::open(testing::fixture_folder("text/text_encoder"),
-                                 testing::fixture_folder("text/tokenizer_bytes"), LinearForm::f32),
-               Error);
+  // A tokenizer with one id too many.
+  const std::string text = testing::fixture_folder("text");
+  auto tokenizer = nlohmann::json::parse(std::ifstream(text + "/tokenizer/tokenizer.json"));
+  const auto rows = Umt5Config::read(text + "/text_encoder/config.json").vocabulary;
+  tokenizer["added_tokens"].push_back({{"id", rows}, {"content", "<one_more>"}});
+  const test::TempFolder folder;
+  testing::write_text(folder.file("tokenizer.json"), tokenizer.dump());
+  EXPECT_THROW(TextEncoder::open(text + "/text_encoder", folder.path().string(), LinearForm::f32), Error);
 }
 
 TEST(TextEncoder, FewerBitsStayNearTheExactAnswer) {

@@ -115,7 +115,13 @@ TEST(Umt5Parity, TheNamesOfWansOwnReleaseAreKnown) {
   const test::TempFolder folder;
   const std::string path = folder.file("models_t5_umt5.safetensors");
   testing::write_safetensors(path, original);
-  const Umt5Encoder encoder = Umt5Encoder::open(path, LinearForm::f32);
+  // Alone, it shows all sizes but the distance that the buckets end at.
+  const Umt5Config shown = Umt5Encoder::open(path, LinearForm::f32).config();
+  const std::string config = testing::fixture_folder("text/text_encoder") + "/config.json";
+  EXPECT_EQ(shown.shapes(), Umt5Config::read(config).shapes());
+  EXPECT_EQ(shown.max_distance, 128);
+  fs::copy_file(config, folder.path() / "config.json");
+  const Umt5Encoder encoder = Umt5Encoder::open(folder.path().string(), LinearForm::f32);
   for (const fs::path& golden : cases()) expect_golden(encoder, golden);
 }
 
