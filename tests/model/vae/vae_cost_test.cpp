@@ -39,6 +39,32 @@ TEST(VaeCost, OperationsOfARealDecodeAreThoseOfItsConvolutions) {
   EXPECT_LT(four, 3.2 * last_level);
 }
 
+// Peaks of a process that did nothing else, as docs/performance.md has them.
+TEST(VaeCost, PeaksAreWithinAQuarterOfTheMeasuredOnes) {
+  struct Measured {
+    ClipSize size;
+    VaePrecision precision;
+    int bands;
+    VaeWay way;
+    double gigabytes;
+  };
+  const Measured all[] = {{{5, 240, 416}, VaePrecision::f32, 1, VaeWay::decode, 1.79},
+                          {{5, 240, 416}, VaePrecision::f32, 2, VaeWay::decode, 1.33},
+                          {{5, 240, 416}, VaePrecision::f32, 4, VaeWay::decode, 1.04},
+                          {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::decode, 1.11},
+                          {{9, 480, 832}, VaePrecision::bf16, 1, VaeWay::decode, 2.99},
+                          {{5, 240, 416}, VaePrecision::f32, 1, VaeWay::encode, 1.15},
+                          {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::encode, 0.73}};
+  for (const Measured& measured : all) {
+    VaeOptions options;
+    options.precision = measured.precision;
+    options.bands = measured.bands;
+    const double estimate = estimated_peak_bytes(VaeConfig{}, measured.size, options, measured.way) / 1e9;
+    EXPECT_NEAR(estimate, measured.gigabytes, 0.25 * measured.gigabytes)
+        << to_string(measured.precision) << "/" << measured.bands;
+  }
+}
+
 TEST(VaeCost, BandsTilesAndHalfNumbersNeedLessMemory) {
   const VaeConfig config;
   const ClipSize size{81, 480, 832};
