@@ -6,6 +6,7 @@
 #include "support/doctor.h"
 #include "support/terminal_monitor.h"
 #include "uwv/model/foreground_network.h"
+#include "uwv/model/view_completion.h"
 #include "uwv/pipeline/compare.h"
 #include "uwv/pipeline/environment.h"
 #include "uwv/pipeline/run.h"
@@ -19,6 +20,7 @@ constexpr const char* more_examples =
     "More examples:\n"
     "  uwv_app --video photo.png --depth photo.exr --fov 55 --traj left --frames 49\n"
     "  uwv_app --video in.mp4 --depth depth.npz --traj orbit --accumulation product_in_view --complete inpaint\n"
+    "  uwv_app --video in.mp4 --traj left --model wan2.1-vace --prompt 'a street at night' --memory-limit 16G\n"
     "  uwv_app --options result/run.json --kernel nearest --out faster\n"
     "docs/usage.md explains each of them.";
 
@@ -28,8 +30,34 @@ uwv::RunComponents components() {
   all.open_depth_network = uwv::open_depth_network;
   all.open_foreground_network = [](const std::string& folder) { return uwv::open_foreground_network(folder); };
   all.open_foreground_tracker = [](const std::string& folder) { return uwv::open_foreground_tracker(folder); };
+  all.check_checkpoint = uwv::check_checkpoint;
+  all.complete_views = uwv::complete_views;
 #endif
   return all;
+}
+
+/// What decides memory and time of the model.
+bool is_planned(const uwv::OptionInfo& info) {
+  return info.scope == uwv::OptionScope::completion
+             ? info.name != "complete"
+             : info.name == "size" || info.name == "frames" || info.name == "threads";
+}
+
+std::string model_plan(const uwv::RunOptions& options) {
+  using namespace uwv;
+  if (options.diffusion.model.empty() || options.size == Size{})
+    fail(ErrorCode::value_invalid, "model plan: --model and --size are needed, for example --size 832x480 --frames 81");
+  try {
+    options.diffusion.check();
+  } catch (const std::invalid_argument& mistake) {  // here the caller is the user
+    throw Error(ErrorCode::value_invalid, mistake.what());
+  }
+#ifdef UWV_APP_WITH_MODEL
+  return plan_completion(options.diffusion, options.size, options.frames.value_or(81), options.threads).report();
+#else
+  fail(ErrorCode::backend_missing,
+       "model plan: this program was built without libtorch; run scripts/setup and build again");
+#endif
 }
 
 }  // namespace
@@ -55,6 +83,13 @@ int main(int argc, char** argv) {
   compare_command.add_option("--b", compare.b, "second clip")->required()->type_name("FILE");
   compare_command.add_option("--mask", compare.mask, "clip whose white pixels are left out")->type_name("FILE");
 
+  CLI::App& model_command = *program.add_subcommand("model", "about the video diffusion model");
+  model_command.require_subcommand(1);
+  CLI::App& plan_command =
+      *model_command.add_subcommand("plan", "memory and time it would take, without loading weights");
+  plan_command.footer("Example: uwv_app model plan --model DIR --size 832x480 --frames 81 --memory-limit 16G");
+  const app::RunFlags plan_flags(plan_command, is_planned);
+
   const CLI::App& doctor_command =
       *program.add_subcommand("doctor", "versions, renderers and encoders on this machine");
 
@@ -66,6 +101,8 @@ int main(int argc, char** argv) {
       fmt::print("{}", app::doctor_report());
     else if (compare_command.parsed())
       fmt::print("{}", compare_clips(compare, monitor).report());
+    else if (plan_command.parsed())
+      fmt::print("{}", model_plan(plan_flags.some_options()));
     else if (look_command.parsed())
       fmt::print("{}\n", look(look_flags.options(), monitor).brief());
     else

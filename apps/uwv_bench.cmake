@@ -40,6 +40,7 @@ target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval 
 if(TARGET uwv_model)
   target_sources(uwv_bench PRIVATE
     bench/model_commands.cpp
+    bench/model_ladder.cpp
     bench/model_shapes.cpp
     bench/model_text.cpp
     bench/model_transformer.cpp

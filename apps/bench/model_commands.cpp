@@ -74,6 +74,13 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
       ->capture_default_str();
   text.add_option("--text-tokens", options->text_tokens, "Of the prompt")->capture_default_str();
   text.add_option("--runs", options->runs, "Measured runs a figure; the median is reported")->capture_default_str();
+
+  CLI::App& ladder = subcommand(
+      "ladder", "What fewer steps and bits lose; example: uwv_bench model ladder --model DIR --width 96 --height 64",
+      measure_ladder);
+  clip_flags(ladder, *options);
+  ladder.add_option("--transformer", options->transformer, "Its transformer, where that lies elsewhere");
+  ladder.add_option("--plot", options->plot, "Also draw into this SVG file");
 }
 
 }  // namespace uwv::bench

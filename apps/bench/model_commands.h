@@ -17,8 +17,10 @@ struct ModelBenchOptions {
   std::string config = "1.3b";  ///< Which weights are made.
   std::string dtype = "bf16";   ///< Of the weights that are made.
   std::uint64_t seed = 1;
-  std::string out;    ///< Folder the weights are written into.
-  std::string model;  ///< Folder of the weights that are timed.
+  std::string out;          ///< Folder the weights are written into.
+  std::string model;        ///< Folder of the weights that are timed.
+  std::string transformer;  ///< Folder of the transformer where that is elsewhere.
+  std::string plot;         ///< SVG file to draw into.
   int width = 416, height = 240, frames = 17;
   int ref_frames = 0;    ///< Of the reference video; 0 = none.
   int text_tokens = 40;  ///< Of the prompt, of 512.
@@ -41,6 +43,9 @@ std::vector<Table> time_vae(const ModelBenchOptions& options);
 
 /// Seconds a prompt, peak memory, and error against the first form, for each way of holding the text encoder's weights.
 std::vector<Table> time_text_encoder(const ModelBenchOptions& options);
+
+/// What each choice of sampler, steps, guidance, caching and numbers loses against 50 exact steps.
+std::vector<Table> measure_ladder(const ModelBenchOptions& options);
 
 /// Adds the command "model" with all of these below it; the chosen one is put into `run`.
 void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run, std::string& json_path);

@@ -4,9 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-
-#include "uwv/pipeline/option_table.h"
-
 namespace uwv::app {
 namespace {
 
@@ -17,11 +14,12 @@ std::string help_with_default(const OptionInfo& info) {
 
 }  // namespace
 
-RunFlags::RunFlags(CLI::App& command) {
+RunFlags::RunFlags(CLI::App& command, const Filter& wanted) {
   command.get_formatter()->column_width(32);
   command.add_option("--options", options_file_, "start from the options in this run.json; flags come on top")
       ->type_name("FILE");
   for (const OptionInfo& info : option_table()) {
+    if (wanted && !wanted(info)) continue;
     const std::string help = help_with_default(info);
     const std::string name = info.name;
     CLI::Option* option = nullptr;
@@ -44,9 +42,14 @@ RunFlags::RunFlags(CLI::App& command) {
   }
 }
 
-RunOptions RunFlags::options() const {
+RunOptions RunFlags::some_options() const {
   RunOptions options = options_file_.empty() ? RunOptions{} : read_options(options_file_);
   for (const auto& [name, text] : typed_) set_option(options, name, text);
+  return options;
+}
+
+RunOptions RunFlags::options() const {
+  RunOptions options = some_options();
   try {
     options.check();
   } catch (const std::invalid_argument& mistake) {  // here the caller is the user

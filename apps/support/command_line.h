@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "uwv/pipeline/run_options.h"
+#include "uwv/pipeline/option_table.h"
 
 namespace uwv::app {
 
@@ -19,12 +19,16 @@ enum ExitCode { exit_done = 0, exit_bug = 1, exit_bad_input = 2, exit_interrupte
 /// earlier run's run.json.
 class RunFlags {
  public:
-  explicit RunFlags(CLI::App& command);
+  using Filter = std::function<bool(const OptionInfo&)>;
+  /// Only the options that `wanted` lets through; empty = all.
+  explicit RunFlags(CLI::App& command, const Filter& wanted = {});
   RunFlags(const RunFlags&) = delete;
   RunFlags& operator=(const RunFlags&) = delete;
 
   /// After parsing: the file's options (or the defaults) with what was typed on top, checked.
   RunOptions options() const;
+  /// The same, not checked as a whole: for commands that need only some of them.
+  RunOptions some_options() const;
 
  private:
   std::string options_file_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "uwv/core/error.h"
+#include "uwv/core/processor.h"
 #include "uwv/pipeline/environment.h"
 
 namespace uwv::app {
@@ -30,9 +31,9 @@ std::string doctor_report() {
   for (const auto& [name, version] : component_versions()) text += fmt::format("  {:<14} {}\n", name, version);
 
   const Machine machine = this_machine();
-  text += fmt::format("machine\n  {:<14} {}\n  {:<14} {}\n  {:<14} {:.1f} GiB\n", "processor",
-                      machine.processor.empty() ? "unknown" : machine.processor, "threads", machine.threads, "memory",
-                      machine.memory_gib);
+  text += fmt::format("machine\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {:.1f} GiB\n", "processor",
+                      machine.processor.empty() ? "unknown" : machine.processor, "its units", processor_units().names(),
+                      "threads", machine.threads, "memory", machine.memory_gib);
 
   text += "renderers\n  cpu            yes\n";
   for (const GlProbe& probe : probe_gl_backends())
@@ -44,6 +45,12 @@ std::string doctor_report() {
   text += fmt::format("networks\n  {:<14} {}\n", "TorchScript",
                       has_networks ? "yes (--depth-model, --saliency-model DIR, --segmenter)"
                                    : "no: built without libtorch, which scripts/setup fetches");
+
+  const ProcessorUnits units = processor_units();
+  text += fmt::format("video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
+                      has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches",
+                      "weights bf16", units.bf16() ? "fast here" : "slow here: take bf16_stored", "weights int8",
+                      units.int8() ? "fast here" : "slow here: take int8_stored");
 
   text += "video\n";
   for (const Capability& encoder : encoders())

@@ -26,9 +26,19 @@ void fill_holes(ImageRgb& picture, const ImageRgb& hole) {
 
 }  // namespace
 
-std::vector<std::string> completion_files(const RunOptions&) { return {"result.mp4"}; }
+std::vector<std::string> completion_files(const RunOptions& options) {
+  std::vector<std::string> files = {"result.mp4"};
+  if (completion_of(options) == Completion::model && options.diffusion.preview) files.emplace_back("preview.png");
+  return files;
+}
 
 nlohmann::ordered_json make_completion(const Workshop& shop, const OutputFolder& from, const PartialFolder& into) {
+  return completion_of(shop.plan.options) == Completion::model ? make_model_completion(shop, from, into)
+                                                               : make_draft_completion(shop, from, into);
+}
+
+nlohmann::ordered_json make_draft_completion(const Workshop& shop, const OutputFolder& from,
+                                             const PartialFolder& into) {
   const auto colour = open_whole_clip(from.file("colour.mp4"), shop.monitor);
   const auto mask = open_whole_clip(from.file("generate_mask.mp4"), shop.monitor);
   VideoWriter result(into.file("result.mp4"), shop.plan.size(), colour_encoding(shop.plan));

@@ -40,21 +40,26 @@ std::string both_ends(const fs::path& path, std::uintmax_t size) {
   return bytes;
 }
 
-nlohmann::ordered_json identity_of_folder(const fs::path& folder) {
+template <class Entries>
+nlohmann::ordered_json identity_of_entries(const fs::path& folder, Entries entries) {
   std::vector<std::string> lines;
   std::uintmax_t bytes = 0;
   std::int64_t newest = 0;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry : entries) {
     if (!entry.is_regular_file()) continue;
     bytes += entry.file_size();
     newest = std::max(newest, modified(entry.path()));
-    lines.push_back(entry.path().filename().string() + '\0' + std::to_string(entry.file_size()) + '\0' +
+    lines.push_back(entry.path().lexically_relative(folder).string() + '\0' + std::to_string(entry.file_size()) + '\0' +
                     std::to_string(modified(entry.path())));
   }
   std::sort(lines.begin(), lines.end());
   std::string all;
   for (const std::string& line : lines) all += line + '\n';
   return {{"bytes", bytes}, {"modified", newest}, {"files", lines.size()}, {"sha256", sha256(all)}};
+}
+
+nlohmann::ordered_json identity_of_folder(const fs::path& folder) {
+  return identity_of_entries(folder, fs::directory_iterator(folder));
 }
 
 }  // namespace
@@ -84,6 +89,11 @@ nlohmann::ordered_json input_identity(const std::string& name) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (fs::is_directory(folder)) return identity_of_folder(folder);  // a pattern
   return nullptr;
+}
+
+nlohmann::ordered_json checkpoint_identity(const std::string& path) {
+  if (fs::is_directory(path)) return identity_of_entries(path, fs::recursive_directory_iterator(path));
+  return input_identity(path);
 }
 
 }  // namespace uwv::pipeline

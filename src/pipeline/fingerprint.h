@@ -17,4 +17,7 @@ std::string sha256(std::string_view bytes);
 /// times of the files beside it. An input that does not exist gives null.
 nlohmann::ordered_json input_identity(const std::string& path);
 
+/// The same for a checkpoint: of a folder, the files in the folders below it count as well.
+nlohmann::ordered_json checkpoint_identity(const std::string& path);
+
 }  // namespace uwv::pipeline

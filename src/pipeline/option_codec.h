@@ -77,8 +77,34 @@ struct EnumNames<AlignmentSmoothing> {
 };
 template <>
 struct EnumNames<Completion> {
-  static constexpr std::pair<Completion, std::string_view> all[] = {{Completion::none, "none"},
-                                                                    {Completion::inpaint, "inpaint"}};
+  static constexpr std::pair<Completion, std::string_view> all[] = {
+      {Completion::none, "none"}, {Completion::inpaint, "inpaint"}, {Completion::model, "model"}};
+};
+template <>
+struct EnumNames<model::SamplerKind> {
+  static constexpr std::pair<model::SamplerKind, std::string_view> all[] = {
+      {model::SamplerKind::euler, "euler"},
+      {model::SamplerKind::euler_plain, "euler_plain"},
+      {model::SamplerKind::unipc, "unipc"},
+      {model::SamplerKind::unipc_legacy, "unipc_legacy"},
+      {model::SamplerKind::dpmpp, "dpmpp"}};
+};
+template <>
+struct EnumNames<WeightsForm> {
+  static constexpr std::pair<WeightsForm, std::string_view> all[] = {
+      {WeightsForm::automatic, "auto"},          {WeightsForm::f32, "f32"},
+      {WeightsForm::bf16_stored, "bf16_stored"}, {WeightsForm::bf16, "bf16"},
+      {WeightsForm::int8_stored, "int8_stored"}, {WeightsForm::int8, "int8"}};
+};
+template <>
+struct EnumNames<StreamChoice> {
+  static constexpr std::pair<StreamChoice, std::string_view> all[] = {
+      {StreamChoice::automatic, "auto"}, {StreamChoice::on, "on"}, {StreamChoice::off, "off"}};
+};
+template <>
+struct EnumNames<VaeNumbers> {
+  static constexpr std::pair<VaeNumbers, std::string_view> all[] = {
+      {VaeNumbers::automatic, "auto"}, {VaeNumbers::f32, "f32"}, {VaeNumbers::bf16, "bf16"}};
 };
 template <>
 struct EnumNames<Kernel> {
@@ -197,6 +223,27 @@ struct Codec<std::vector<long>> {
     return true;
   }
   static std::string wanted() { return "whole numbers separated by commas"; }
+};
+
+template <>
+struct Codec<std::vector<std::string>> {
+  static nlohmann::ordered_json write(const std::vector<std::string>& values) { return values; }
+  static bool read(const nlohmann::json& json, std::vector<std::string>& values) {
+    values.assign(json.is_array() ? json.size() : 0, {});
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (!Codec<std::string>::read(json[i], values[i])) return false;
+    return json.is_array();
+  }
+  static bool parse(std::string_view text, std::vector<std::string>& values) {
+    values.clear();
+    while (!text.empty()) {
+      const auto comma = std::min(text.find(','), text.size());
+      values.emplace_back(text.substr(0, comma));
+      text.remove_prefix(std::min(comma + 1, text.size()));
+    }
+    return true;
+  }
+  static std::string wanted() { return "names separated by commas"; }
 };
 
 template <class T>

@@ -25,14 +25,27 @@ struct Option {
   std::string wanted;
 };
 
+/// `reach` takes the options to the field, constant or not.
+template <class T, class Reach>
+Option option_at(std::string_view name, Reach reach, std::string_view value, std::string_view help) {
+  constexpr bool repeats = std::is_same_v<T, std::vector<long>> || std::is_same_v<T, std::vector<std::string>>;
+  return {{std::string(name), "", std::string(value), std::string(help), OptionScope::conditioning, repeats},
+          [reach](const RunOptions& options) { return Codec<T>::write(reach(options)); },
+          [reach](const json& from, RunOptions& options) { return Codec<T>::read(from, reach(options)); },
+          [reach](std::string_view text, RunOptions& options) { return Codec<T>::parse(text, reach(options)); },
+          Codec<T>::wanted()};
+}
+
 template <class T>
 Option option(std::string_view name, T RunOptions::*field, std::string_view value, std::string_view help) {
-  constexpr bool repeats = std::is_same_v<T, std::vector<long>>;
-  return {{std::string(name), "", std::string(value), std::string(help), OptionScope::conditioning, repeats},
-          [field](const RunOptions& options) { return Codec<T>::write(options.*field); },
-          [field](const json& from, RunOptions& options) { return Codec<T>::read(from, options.*field); },
-          [field](std::string_view text, RunOptions& options) { return Codec<T>::parse(text, options.*field); },
-          Codec<T>::wanted()};
+  return option_at<T>(
+      name, [field](auto& options) -> auto& { return options.*field; }, value, help);
+}
+
+template <class T>
+Option option(std::string_view name, T ModelOptions::*field, std::string_view value, std::string_view help) {
+  return option_at<T>(
+      name, [field](auto& options) -> auto& { return options.diffusion.*field; }, value, help);
 }
 
 using O = RunOptions;
@@ -180,8 +193,59 @@ std::vector<Option> output_options() {
       option("save_masks", &O::save_masks, "", "also write M', M'', M_vis and M_front as videos"),
       option("ply", &O::ply, "N,..", "source frames to write as point clouds"),
       option("contact_sheet", &O::contact_sheet, "N", "columns of contact_sheet.png, 0 = none"),
-      option("complete", &O::complete, "NAME", "fill the holes: none or inpaint (a draft without a model)"),
+      option("complete", &O::complete, "NAME",
+             "fill the holes: none, inpaint (a draft without a model) or model (implied by --model)"),
       option("overwrite", &O::overwrite, "", "redo finished stages, replace files that are not ours"),
+  };
+}
+
+using M = ModelOptions;
+
+std::vector<Option> checkpoint_options() {
+  return {
+      option("model", &M::model, "DIR", "checkpoint of the video diffusion model that fills the holes (docs/model.md)"),
+      option("transformer", &M::transformer, "DIR", "its transformer, where that lies elsewhere"),
+      option("lora", &M::lora, "FILE[:W],..",
+             "LoRAs added to the transformer's weights, each with its weight; unset: 1"),
+      option("prompt", &M::prompt, "TEXT", "what the clip shows"),
+      option("negative_prompt", &M::negative_prompt, "TEXT", "what guidance leads away from"),
+      option("prompt_embeds", &M::prompt_embeds, "FILE",
+             ".safetensors with prompt_embeds and negative_prompt_embeds, instead of the text encoder"),
+      option("prompt_cache", &M::prompt_cache, "DIR", "keeps encoded prompts; unset: in the user's cache folder"),
+      option("few_steps", &M::few_steps, "",
+             "for LoRAs distilled to few steps: 4 steps, shift 8, guidance 1 where those are unset"),
+      option(
+          "sampler", &M::sampler, "NAME",
+          "euler (official), euler_plain, unipc, unipc_legacy or dpmpp; unset: euler, of plain VACE the checkpoint's"),
+      option("steps", &M::steps, "N",
+             "passes of the transformer (two each with guidance); unset: 8 with a LoRA, else 50"),
+      option("shift", &M::shift, "X", "moves steps to where there is more noise; unset: 5"),
+      option("guidance", &M::guidance, "X",
+             "how strongly the prompt counts, 1 = half the time; unset: 4 with a LoRA, "
+             "else 6"),
+      option("cfg_share", &M::cfg_share, "X", "share of the steps, the first ones, that are guided"),
+      option("cfg_batch", &M::cfg_batch, "", "both passes of guidance at once: more memory"),
+      option("step_cache", &M::step_cache, "X", "leave out steps that change little: 0 none, 0.1 few, 0.3 many"),
+      option("seed", &M::seed, "N", "of the noise: the same seed gives the same bytes"),
+  };
+}
+
+std::vector<Option> ladder_options() {
+  return {
+      option("reference", &M::reference, "", "show the transformer frames of the source clip"),
+      option("colour_correction", &M::colour_correction, "", "fit the result's colours to the first frame"),
+      option("window_frames", &M::window_frames, "N",
+             "frames denoised at once, 1 + 4k; longer clips take several windows"),
+      option("window_overlap", &M::window_overlap, "N", "frames that windows share, 4k"),
+      option("memory_limit", &M::memory_limit, "BYTES",
+             "such as 16G: what is auto is chosen to fit; unset: the machine's"),
+      option("weights", &M::weights, "NAME",
+             "auto, f32 (exact), bf16_stored, bf16, int8_stored or int8: less memory and, with the units, less time"),
+      option("stream", &M::stream, "NAME", "read the transformer block by block at every step: auto, on or off"),
+      option("vae_precision", &M::vae_precision, "NAME", "numbers of the autoencoder: auto, f32 or bf16"),
+      option("vae_bands", &M::vae_bands, "N", "bands of rows it works through one by one; 0 = as memory needs"),
+      option("vae_fast", &M::vae_fast, "DIR", "tiny decoder (TAEHV layout) for the result"),
+      option("preview", &M::preview, "", "write preview.png after each step"),
   };
 }
 
@@ -196,6 +260,7 @@ std::vector<Option> evaluation_options() {
 OptionScope scope_of(std::string_view name, OptionScope of_group) {
   using enum OptionScope;
   static constexpr std::pair<std::string_view, OptionScope> others[] = {{"out", nothing},
+                                                                        {"prompt_cache", nothing},
                                                                         {"threads", nothing},
                                                                         {"overwrite", nothing},
                                                                         {"layers", conditioning},
@@ -227,6 +292,8 @@ std::vector<Option> make_table() {
   append("Camera path", path_options());
   append("Rendering", render_options());
   append("Output", output_options());
+  append("Completion by the video diffusion model", checkpoint_options(), OptionScope::completion);
+  append("The model's memory and time", ladder_options(), OptionScope::completion);
   append("Comparison with a real picture", evaluation_options());
   return table;
 }

@@ -153,6 +153,10 @@ Plan make_plan(const RunOptions& options, const std::optional<GeometryFolder>& g
   return plan;
 }
 
+bool is_model_input(std::string_view name) {
+  return name == "model" || name == "transformer" || name == "prompt_embeds" || name == "vae_fast";
+}
+
 std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& o) {
   std::vector<std::pair<std::string, std::string>> inputs;
   for (const auto& [name, path] :
@@ -167,6 +171,10 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& 
                                                                          {"saliency_model", o.saliency_model},
                                                                          {"depth_model", o.depth_model},
                                                                          {"segmenter", o.segmenter},
+                                                                         {"model", o.diffusion.model},
+                                                                         {"transformer", o.diffusion.transformer},
+                                                                         {"prompt_embeds", o.diffusion.prompt_embeds},
+                                                                         {"vae_fast", o.diffusion.vae_fast},
                                                                          {"eval_reference", o.eval_reference},
                                                                          {"eval_cameras", o.eval_cameras}})
     if (!path.empty()) inputs.emplace_back(name, path);

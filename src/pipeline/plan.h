@@ -43,6 +43,9 @@ Plan make_plan(const RunOptions& options, const std::optional<GeometryFolder>& g
 /// Throws Error when the trajectory the options name is none, before anything that takes long is begun.
 void check_trajectory(const RunOptions& options);
 
+/// True for inputs that only the completion by the model reads.
+bool is_model_input(std::string_view name);
+
 /// Names of every input file or folder of the options; empty ones are left out.
 std::vector<std::pair<std::string, std::string>> named_inputs(const RunOptions& options);
 

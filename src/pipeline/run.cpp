@@ -31,7 +31,7 @@ struct Stage {
 };
 
 std::vector<Stage> stages_of(const RunOptions& o) {
-  const bool completes = o.complete != Completion::none, evaluates = !o.eval_reference.empty();
+  const bool completes = completion_of(o) != Completion::none, evaluates = !o.eval_reference.empty();
   const auto without_folder = [](auto make) {
     return [make](const Workshop& shop, const OutputFolder&, const PartialFolder& into) { return make(shop, into); };
   };
@@ -61,7 +61,7 @@ std::unique_ptr<Rasterizer> make_rasterizer(const RunOptions& options, ThreadPoo
 ordered_json identities(const RunOptions& options) {
   ordered_json all = ordered_json::object();
   for (const auto& [name, path] : named_inputs(options)) {
-    all[name] = input_identity(path);
+    all[name] = is_model_input(name) ? checkpoint_identity(path) : input_identity(path);
     if (all[name].is_null()) fail(ErrorCode::file_not_found, "{}: no such file or folder", path);
     all[name]["path"] = path;
   }
@@ -83,6 +83,7 @@ std::string stage_key(const Stage& stage, const Plan& plan, const Rasterizer& ra
   for (const auto& [name, identity] : inputs.items()) {
     options.erase(name);
     if (name.starts_with("eval_") != (stage.scope == OptionScope::evaluation)) continue;
+    if (is_model_input(name) && stage.scope != OptionScope::completion) continue;
     files[name] = identity;
     files[name].erase("path");
   }
@@ -244,6 +245,12 @@ void check_components(const RunOptions& options, const RunComponents& components
   };
   need(options.depth_model, static_cast<bool>(components.open_depth_network), "--depth-model");
   need(options.segmenter, static_cast<bool>(components.open_foreground_tracker), "--segmenter");
+  if (!options.diffusion.model.empty() && !components.complete_views)
+    fail(ErrorCode::backend_missing,
+         "{}: this program was built without libtorch; run scripts/setup without --no-torch and build again, or take "
+         "--complete inpaint for a draft without a model",
+         options.diffusion.model);
+  if (!options.diffusion.model.empty() && components.check_checkpoint) components.check_checkpoint(options.diffusion);
   need(std::filesystem::is_directory(options.saliency_model) ? options.saliency_model : "",
        static_cast<bool>(components.open_foreground_network), "--saliency-model");
 }
@@ -272,8 +279,10 @@ GeometryOfRun estimated_geometry(const RunOptions& options, const RunComponents&
 /// Runs the stages one after another, each only if its result is not there yet.
 class Runner {
  public:
-  Runner(const Plan& plan, const GeometryOfRun& geometry, OutputFolder& folder, RecordingMonitor& monitor)
+  Runner(const Plan& plan, const GeometryOfRun& geometry, const RunComponents& components, OutputFolder& folder,
+         RecordingMonitor& monitor)
       : plan_(plan),
+        components_(components),
         folder_(folder),
         monitor_(monitor),
         pool_(plan.options.threads),
@@ -306,7 +315,7 @@ class Runner {
     }
     const std::string key = stage_key(stage, plan_, *rasterizer_, inputs_, keys_);
     if (stage.scope == OptionScope::conditioning) keys_.conditioning = key;
-    const Workshop shop{plan_, *rasterizer_, pool_, monitor_};
+    const Workshop shop{components_, plan_, *rasterizer_, pool_, monitor_};
     summary_.stages.push_back(
         found_or_made(stage.name, stage.files, key, plan_.options.overwrite, folder_, monitor_,
                       [&](const PartialFolder& into) { return stage.make(shop, folder_, into); }));
@@ -318,6 +327,7 @@ class Runner {
   }
 
   const Plan& plan_;
+  const RunComponents& components_;
   OutputFolder& folder_;
   RecordingMonitor& monitor_;
   ThreadPool pool_;
@@ -328,11 +338,11 @@ class Runner {
 };
 
 RunSummary run_in(OutputFolder& folder, const Plan& plan, const GeometryOfRun& geometry,
-                  const std::vector<Stage>& stages, const std::vector<std::string>& files, RecordingMonitor& monitor,
-                  const LookListener& on_look) {
+                  const RunComponents& components, const std::vector<Stage>& stages,
+                  const std::vector<std::string>& files, RecordingMonitor& monitor, const LookListener& on_look) {
   if (on_look) on_look(plan.look);
   folder.refuse_foreign(files, plan.options.overwrite);
-  return Runner(plan, geometry, folder, monitor).run(stages);
+  return Runner(plan, geometry, components, folder, monitor).run(stages);
 }
 
 }  // namespace
@@ -354,14 +364,14 @@ RunSummary run(const RunOptions& options, Monitor& caller, const LookListener& o
     const GeometryOfRun geometry = given_geometry(options);
     const Plan plan = make_plan(options, geometry.folder, monitor);
     OutputFolder folder(options.out_folder());
-    return run_in(folder, plan, geometry, stages, files, monitor, on_look);
+    return run_in(folder, plan, geometry, components, stages, files, monitor, on_look);
   }
   check_trajectory(options);
   OutputFolder folder(options.out_folder());
   folder.refuse_foreign(files, options.overwrite);
   const GeometryOfRun geometry = estimated_geometry(options, components, folder, monitor);
   const Plan plan = make_plan(options, geometry.folder, monitor);
-  return run_in(folder, plan, geometry, stages, files, monitor, on_look);
+  return run_in(folder, plan, geometry, components, stages, files, monitor, on_look);
 }
 
 SceneLook look(const RunOptions& options, Monitor& monitor) {

@@ -98,6 +98,13 @@ void check_render_and_output(const RunOptions& o) {
           "--eval-reference and --eval-cameras go together; give both or none");
 }
 
+void check_completion(const RunOptions& o) {
+  require(o.complete != Completion::model || !o.diffusion.model.empty(), "--complete model needs --model");
+  require(o.complete != Completion::inpaint || o.diffusion.model.empty(),
+          "--complete inpaint goes without a model; leave it or --model out");
+  o.diffusion.check();
+}
+
 }  // namespace
 
 void RunOptions::check() const {
@@ -105,6 +112,7 @@ void RunOptions::check() const {
   check_geometry(*this);
   check_size_and_path(*this);
   check_render_and_output(*this);
+  check_completion(*this);
 }
 
 std::string RunOptions::out_folder() const {
@@ -113,6 +121,10 @@ std::string RunOptions::out_folder() const {
   if (!clip.has_filename()) clip = clip.parent_path();
   const std::string stem = clip.stem().string();
   return (stem.empty() || stem == "." || stem == ".." ? "clip" : stem) + "_uwv";
+}
+
+Completion completion_of(const RunOptions& options) {
+  return options.diffusion.model.empty() ? options.complete : Completion::model;
 }
 
 OcclusionOptions occlusion_options(const RunOptions& from) {

@@ -10,12 +10,14 @@
 #include "pipeline/plan.h"
 #include "uwv/core/thread_pool.h"
 #include "uwv/io/video_writer.h"
+#include "uwv/pipeline/run.h"
 #include "uwv/render/rasterizer.h"
 
 namespace uwv::pipeline {
 
 /// What the stages share.
 struct Workshop {
+  const RunComponents& components;
   const Plan& plan;
   Rasterizer& rasterizer;
   ThreadPool& pool;
@@ -28,6 +30,8 @@ std::vector<std::string> conditioning_files(const RunOptions& options);
 
 /// result.mp4: the conditioning in `from` with its holes filled.
 nlohmann::ordered_json make_completion(const Workshop& shop, const OutputFolder& from, const PartialFolder& into);
+nlohmann::ordered_json make_draft_completion(const Workshop& shop, const OutputFolder& from, const PartialFolder& into);
+nlohmann::ordered_json make_model_completion(const Workshop& shop, const OutputFolder& from, const PartialFolder& into);
 std::vector<std::string> completion_files(const RunOptions& options);
 
 /// contact_sheet.png, the cameras, the point clouds.

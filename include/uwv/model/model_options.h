@@ -23,6 +23,13 @@ enum class WeightsForm {
   int8,         ///< A quarter of the memory, multiplied in 8-bit integers: fast where the CPU has units for it.
 };
 
+/// Whether the transformer is read block by block at every step.
+enum class StreamChoice {
+  automatic,  ///< Where it does not fit into memory otherwise.
+  on,
+  off,
+};
+
 /// Numbers the autoencoder computes in.
 enum class VaeNumbers {
   automatic,  ///< bf16 where the CPU has units for it, else f32.
@@ -47,6 +54,8 @@ struct ModelOptions {
   std::string negative_prompt = stock_negative_prompt;  ///< What guidance leads away from.
   std::string prompt_embeds;  ///< .safetensors with prompt_embeds and negative_prompt_embeds, instead of the encoder.
 
+  std::string prompt_cache;  ///< Folder that keeps encoded prompts. Empty: uwv/prompts in the user's cache folder.
+
   // -- steps ---------------------------------------------------------------------------------------------------------
   /// For LoRAs distilled to few steps: 4 evenly spaced ones with shift 8 and guidance 1, where those are unset.
   bool few_steps = false;
@@ -68,10 +77,10 @@ struct ModelOptions {
   // -- memory and time -----------------------------------------------------------------------------------------------
   std::string memory_limit;  ///< Such as 16G. What is automatic below is chosen to fit. Empty: what the machine has.
   WeightsForm weights = WeightsForm::automatic;
-  std::optional<bool> stream;  ///< Read the transformer block by block at every step. Unset: where it does not fit.
+  StreamChoice stream = StreamChoice::automatic;
   VaeNumbers vae_precision = VaeNumbers::f32;
   int vae_bands = 0;     ///< Bands of rows the autoencoder works through one by one; 0 = as many as memory needs.
-  std::string vae_fast;  ///< Folder or file of a tiny decoder (TAEHV layout) that decodes the result and previews.
+  std::string vae_fast;  ///< Folder or file of a tiny decoder (TAEHV layout) that decodes the result.
   bool preview = false;  ///< Write preview.png after each step: the middle frame without its noise.
 
   /// Steps and sampler with everything unset decided.

@@ -53,8 +53,18 @@ struct CompletionSummary {
   long skipped_passes = 0;  ///< By step caching.
   double step_seconds = 0;  ///< Mean.
 
-  std::string brief() const;
+  std::string brief() const {
+    if (!model_was_run) return "nothing to generate: the model was not run";
+    std::string text = fmt::format("{} steps of {:.2f} s in {} window{}, {} passes", steps, step_seconds, windows,
+                                   windows == 1 ? "" : "s", passes);
+    for (const CompletionStage& stage : stages) text += fmt::format("; {} {:.1f} s", stage.name, stage.seconds);
+    return text;
+  }
 };
+
+/// What complete_views finds out about the checkpoint before anything long is begun: throws Error naming a part that is
+/// missing or that we do not have, reading only settings.
+void check_checkpoint(const ModelOptions& options);
 
 /// Does the job. `threads` are torch's; 0 = one per processor. The same options give the same bytes on the same machine
 /// and number of threads. Throws std::invalid_argument when options.check() does, Error naming the file for everything

@@ -3,7 +3,7 @@
 //
 //   geometry       depth and source cameras, where none are given: geometry/ (see docs/geometry.md)
 //   conditioning   decode, Algorithm 1, encode: colour.mp4, generate_mask.mp4 (white = generate), depth, masks
-//   completion     fill the holes: result.mp4
+//   completion     fill the holes, by the video diffusion model or as a draft: result.mp4
 //   presentation   contact_sheet.png, cameras_source.json, cameras_target.json, points_*.ply
 //   evaluation     against a real picture from another camera: reference_comparison.png
 //   run.json       what was asked, read, done and left out, with seconds and peak bytes per stage
@@ -21,6 +21,7 @@
 #include "uwv/core/monitor.h"
 #include "uwv/geometry/layers.h"
 #include "uwv/model/depth_network.h"
+#include "uwv/model/view_completion.h"
 #include "uwv/pipeline/run_options.h"
 #include "uwv/pipeline/scene_look.h"
 
@@ -63,6 +64,11 @@ struct RunComponents {
   /// --segmenter, are refused.
   std::function<std::unique_ptr<ForegroundFinder>(const std::string& folder)> open_foreground_network;
   std::function<std::unique_ptr<ForegroundTracker>(const std::string& folder)> open_foreground_tracker;
+  /// uwv::model's check_checkpoint and complete_views. Empty: --model is refused.
+  std::function<void(const ModelOptions& options)> check_checkpoint;
+  std::function<CompletionSummary(const ModelOptions& options, const RenderedClip& clip, const CompletedClip& out,
+                                  int threads, Monitor& monitor)>
+      complete_views;
 };
 
 /// Does the job. Warnings and progress go to `monitor`, from the calling thread. Throws std::invalid_argument when

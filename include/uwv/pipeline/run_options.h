@@ -13,6 +13,7 @@
 #include "uwv/geometry/depth_alignment.h"
 #include "uwv/geometry/multi_view_stereo.h"
 #include "uwv/geometry/structure_from_motion.h"
+#include "uwv/model/model_options.h"
 #include "uwv/render/gl_context.h"
 #include "uwv/render/occlusion.h"
 
@@ -77,6 +78,7 @@ enum class DepthOutput { npz, png16, exr, none };
 enum class Completion {
   none,     ///< Nothing: colour.mp4 and generate_mask.mp4 are the result.
   inpaint,  ///< A draft by image inpainting (Telea 2004), frame by frame, without any model.
+  model,    ///< The video diffusion model in --model.
 };
 
 struct RunOptions {
@@ -178,11 +180,14 @@ struct RunOptions {
   std::optional<double> fps;  ///< Of the videos written. Unset: the trajectory's, else the clip's / stride, else 16.
   int crf = 10;               ///< H.264 quality of colour, 0 (lossless) .. 51; 10 is the reference's choice.
   DepthOutput depth_format = DepthOutput::npz;
-  bool save_masks = false;  ///< Also M', M'', M_vis and M_front.
-  std::vector<long> ply;    ///< Source frames (counted after start and stride) to write as point clouds.
-  int contact_sheet = 5;    ///< Columns of contact_sheet.png; 0 = none.
-  Completion complete = Completion::none;
-  bool overwrite = false;  ///< Redo finished stages, and replace files that are not ours.
+  bool save_masks = false;                 ///< Also M', M'', M_vis and M_front.
+  std::vector<long> ply;                   ///< Source frames (counted after start and stride) to write as point clouds.
+  int contact_sheet = 5;                   ///< Columns of contact_sheet.png; 0 = none.
+  Completion complete = Completion::none;  ///< With `model` given, model.
+  bool overwrite = false;                  ///< Redo finished stages, and replace files that are not ours.
+
+  // -- completion by the video diffusion model -----------------------------------------------------------------------
+  ModelOptions diffusion;  ///< Its fields are options of their own: --model, --steps, ..
 
   // -- comparison with a real picture --------------------------------------------------------------------------------
   std::string eval_reference;  ///< Picture of source frame 0's moment from another camera, to compare a rendering with.
@@ -196,6 +201,9 @@ struct RunOptions {
   /// `out`, or what stands for it when empty.
   std::string out_folder() const;
 };
+
+/// What fills the holes: the model where one is named.
+Completion completion_of(const RunOptions& options);
 
 /// The part of the options the renderer sees. The reliability filter is on only where it is asked for: whether
 /// `automatic` needs it is known when the depth has been seen.

@@ -5,18 +5,15 @@
 
 #include <algorithm>
 
+#include "model/diffusion/completion_setup.h"
 #include "model/diffusion/conditioning.h"
 
 namespace uwv::model {
 namespace {
 
-constexpr std::int64_t side_multiple = 16;
-
-std::int64_t rounded_up(std::int64_t side) { return (side + side_multiple - 1) / side_multiple * side_multiple; }
-
 at::Tensor padded(const at::Tensor& frame) {
-  const std::int64_t down = rounded_up(frame.size(3)) - frame.size(3),
-                     right = rounded_up(frame.size(4)) - frame.size(4);
+  const std::int64_t down = whole_side(frame.size(3)) - frame.size(3),
+                     right = whole_side(frame.size(4)) - frame.size(4);
   return down == 0 && right == 0 ? frame : at::replication_pad3d(frame, {0, right, 0, down, 0, 0});
 }
 
@@ -48,8 +45,8 @@ ClipTensors padded_tensors(const RenderedClip& clip) {
           "a clip of {} frames of {}x{} pixels cannot be completed", clip.frames, clip.size.width, clip.size.height);
   ClipTensors tensors;
   tensors.frames = whole_frames(clip.frames);
-  tensors.height = rounded_up(clip.size.height);
-  tensors.width = rounded_up(clip.size.width);
+  tensors.height = whole_side(clip.size.height);
+  tensors.width = whole_side(clip.size.width);
   const auto read = [&clip](long k, ImageRgb& colour, GenerateMask& holes) {
     clip.read(k, colour, holes);
     require(colour.size() == clip.size && holes.size() == clip.size, "frame {} is {}x{}, wanted {}x{}", k,

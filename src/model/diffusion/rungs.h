@@ -5,22 +5,32 @@
 #include <string>
 #include <vector>
 
-#include "model/layers/linear.h"
-#include "model/transformer/transformer_config.h"
-#include "model/vae/vae_options.h"
-#include "uwv/core/image.h"
+#include "model/diffusion/costs.h"
 #include "uwv/model/model_options.h"
 
 namespace uwv::model {
+
+/// What is to be done, as far as memory depends on it.
+struct JobSize {
+  ClipSize clip;  ///< Padded.
+  PassSize pass;  ///< Of its largest window.
+};
 
 struct Rungs {
   LinearForm form = LinearForm::f32;
   bool streamed = false;
   VaeOptions vae;
   std::vector<std::string> reasons;  ///< One sentence for each choice that was automatic.
+  double limit = 0;                  ///< Bytes that were to be kept.
 };
 
-/// What the options ask for; what they leave open is the most exact that fits.
-Rungs choose_rungs(const ModelOptions& options, const TransformerConfig& config);
+/// What the options ask for; what they leave open is the most exact that is expected to fit `memory_limit`, or what the
+/// machine has free. Throws Error(out_of_memory) when nothing does and a limit was given; without one the smallest is
+/// taken.
+Rungs choose_rungs(const ModelOptions& options, const TransformerConfig& config, const VaeConfig& vae,
+                   const JobSize& job);
+
+/// The larger of encoding and decoding.
+double vae_bytes(const VaeConfig& config, const VaeOptions& options, const JobSize& job);
 
 }  // namespace uwv::model

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each rung of the model's ladder costs in accuracy: clips completed with the same noise, against many exact
+// steps.
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "bench/model_commands.h"
+#include "bench/plot.h"
+#include "uwv/model/view_completion.h"
+
+namespace uwv::bench {
+namespace {
+
+/// A pattern that drifts, and a hole that grows from the right.
+RenderedClip moving_pattern(Size size, long frames) {
+  const auto picture = [size](long k) {
+    ImageRgb colour(size);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) {
+        const auto wave = [&](double period, double phase) {
+          const double at = (x + 2.0 * static_cast<double>(k)) / period + phase + y / 9.0;
+          return static_cast<std::uint8_t>(127.5 + 100 * std::sin(at * 2 * std::numbers::pi));
+        };
+        colour(x, y) = {wave(23, 0), wave(31, 0.3), wave(41, 0.6)};
+      }
+    return colour;
+  };
+  RenderedClip clip{size, frames, {}, [picture](long k, ImageRgb& colour) { colour = picture(k); }};
+  clip.read = [picture, size, frames](long k, ImageRgb& colour, GenerateMask& holes) {
+    colour = picture(k);
+    holes = GenerateMask(size.width, size.height);
+    const long edge = size.width - size.width * k / (2 * frames);
+    for (int y = 0; y < size.height; ++y)
+      for (long x = edge; x < size.width; ++x) {
+        holes(static_cast<int>(x), y) = 1;
+        colour(static_cast<int>(x), y) = {};
+      }
+  };
+  return clip;
+}
+
+struct Completed {
+  std::vector<ImageRgb> frames;
+  CompletionSummary summary;
+};
+
+Completed complete(const ModelOptions& options, const RenderedClip& clip, int threads) {
+  Completed done;
+  Monitor monitor;
+  CompletedClip out;
+  out.write = [&](long, const ImageRgb& frame) { done.frames.push_back(frame); };
+  done.summary = complete_views(options, clip, out, threads, monitor);
+  return done;
+}
+
+double psnr(const std::vector<ImageRgb>& a, const std::vector<ImageRgb>& b) {
+  double sum = 0, values = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    for (std::size_t i = 0; i < a[k].size().pixels(); ++i) {
+      const Rgb8 p = a[k].data()[i], q = b[k].data()[i];
+      for (const int difference : {p.r - q.r, p.g - q.g, p.b - q.b}) sum += difference * difference;
+      values += 3;
+    }
+  return sum == 0 ? 99 : std::min(99.0, 10 * std::log10(255 * 255 * values / sum));
+}
+
+struct Rung {
+  std::string name;
+  ModelOptions options;
+};
+
+std::vector<Rung> rungs(const ModelOptions& exact) {
+  using model::SamplerKind;
+  std::vector<Rung> all;
+  const auto add = [&](const std::string& name, auto change) {
+    Rung rung{name, exact};
+    change(rung.options);
+    all.push_back(std::move(rung));
+  };
+  for (const auto kind : {SamplerKind::euler, SamplerKind::euler_plain, SamplerKind::unipc, SamplerKind::dpmpp})
+    for (const int steps : {4, 8, 16, 25, 50})
+      if (kind != exact.sampler || steps != exact.steps)
+        add(fmt::format("{} {}", to_string(kind), steps), [&](ModelOptions& o) {
+          o.sampler = kind;
+          o.steps = steps;
+        });
+  for (const double share : {0.75, 0.5, 0.25, 0.0})
+    add(fmt::format("cfg_share {}", share), [&](ModelOptions& o) { o.cfg_share = share; });
+  for (const double threshold : {0.02, 0.05, 0.1, 0.2, 0.3})
+    add(fmt::format("step_cache {}", threshold), [&](ModelOptions& o) { o.step_cache = threshold; });
+  add("bf16_stored", [](ModelOptions& o) { o.weights = WeightsForm::bf16_stored; });
+  add("bf16", [](ModelOptions& o) { o.weights = WeightsForm::bf16; });
+  add("int8_stored", [](ModelOptions& o) { o.weights = WeightsForm::int8_stored; });
+  add("int8", [](ModelOptions& o) { o.weights = WeightsForm::int8; });
+  add("vae bf16", [](ModelOptions& o) { o.vae_precision = VaeNumbers::bf16; });
+  return all;
+}
+
+}  // namespace
+
+std::vector<Table> measure_ladder(const ModelBenchOptions& options) {
+  ModelOptions exact;
+  exact.model = options.model;
+  exact.transformer = options.transformer;
+  exact.prompt = "a street at night";
+  exact.sampler = model::SamplerKind::unipc;
+  exact.steps = 50;
+  exact.guidance = 4;
+  exact.seed = static_cast<long>(options.seed);
+  exact.weights = WeightsForm::f32;
+  exact.colour_correction = false;
+  exact.prompt_cache = (std::filesystem::temp_directory_path() / "uwv-bench-prompts").string();
+  const RenderedClip clip = moving_pattern({options.width, options.height}, options.frames);
+  const Completed truth = complete(exact, clip, options.threads);
+
+  Table table("ladder", {"rung", "passes", "denoising_s", "psnr_db"});
+  Panel panel{"Steps left out", "PSNR against 50 exact steps, dB", AxisScale::linear, {}, Better::high};
+  const auto seconds = [](const Completed& one) { return one.summary.step_seconds * one.summary.steps; };
+  table.add({"unipc 50, the measure", truth.summary.passes, seconds(truth), "-"});
+  for (const Rung& rung : rungs(exact)) {
+    const Completed one = complete(rung.options, clip, options.threads);
+    const double quality = psnr(one.frames, truth.frames);
+    table.add({rung.name, one.summary.passes, seconds(one), quality});
+    panel.dots.push_back({rung.name, static_cast<double>(one.summary.passes), quality, rung.name == "euler 8"});
+  }
+  if (!options.plot.empty()) write_plot(options.plot, "passes of the transformer", {panel});
+  return {table};
+}
+
+}  // namespace uwv::bench

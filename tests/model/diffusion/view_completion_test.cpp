@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "uwv/model/view_completion.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "model/tensor_support.h"
+#include "support/matchers.h"
+#include "support/temp_folder.h"
+
+namespace uwv {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+enum class Holes { none, right_half, all };
+
+/// A pattern that moves, with holes.
+struct Scene {
+  Size size{48, 32};
+  long frames = 5;
+  Holes holes = Holes::right_half;
+  bool photo = false;
+
+  ImageRgb picture(long k) const {
+    ImageRgb picture(size);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        picture(x, y) = {static_cast<std::uint8_t>(128 + 100 * std::sin(0.3 * x + 0.2 * static_cast<double>(k))),
+                         static_cast<std::uint8_t>(6 * y % 256), static_cast<std::uint8_t>(4 * (x + y) % 256)};
+    return picture;
+  }
+  RenderedClip clip() const {
+    RenderedClip clip;
+    clip.size = size;
+    clip.frames = frames;
+    clip.read = [this](long k, ImageRgb& colour, GenerateMask& mask) {
+      colour = picture(k);
+      mask = GenerateMask(size.width, size.height);
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+          mask(x, y) = holes == Holes::all || (holes == Holes::right_half && k > 0 && x > size.width / 2) ? 1 : 0;
+    };
+    if (!photo) clip.read_source = [this](long k, ImageRgb& colour) { colour = picture(k); };
+    return clip;
+  }
+};
+
+struct Answer {
+  std::vector<ImageRgb> frames;
+  CompletionSummary summary;
+  int previews = 0;
+};
+
+class ViewCompletion : public ::testing::Test {
+ protected:
+  ViewCompletion() {
+    const std::string root = uwv::testing::fixture_folder("pipeline");
+    options_.model = root + "/wan";
+    options_.transformer = root + "/uniview";
+    options_.steps = 2;
+    options_.prompt_cache = cache_.file("prompts");
+    options_.prompt = "a white rabbit";
+  }
+  Answer complete(const Scene& scene) { return complete(scene, options_); }
+  Answer complete(const Scene& scene, const ModelOptions& options) {
+    Answer answer;
+    CompletedClip out;
+    out.write = [&](long k, const ImageRgb& picture) {
+      EXPECT_EQ(k, static_cast<long>(answer.frames.size()));
+      EXPECT_EQ(picture.size(), scene.size);
+      answer.frames.push_back(picture);
+    };
+    out.preview = [&](const ImageRgb&) { ++answer.previews; };
+    answer.summary = complete_views(options, scene.clip(), out, 1, monitor_);
+    EXPECT_EQ(static_cast<long>(answer.frames.size()), scene.frames);
+    return answer;
+  }
+  std::string complaint(const ModelOptions& options) {
+    try {
+      complete({}, options);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return "";
+  }
+
+  test::TempFolder cache_;
+  ModelOptions options_;
+  Monitor monitor_;
+};
+
+TEST_F(ViewCompletion, TheSameSeedGivesTheSameBytesAndAnotherDoesNot) {
+  const Answer first = complete({});
+  EXPECT_TRUE(first.summary.model_was_run);
+  EXPECT_EQ(first.summary.passes, 4);
+  EXPECT_EQ(first.previews, 2);
+  EXPECT_EQ(complete({}).frames, first.frames);
+  options_.seed = 7;
+  EXPECT_NE(complete({}).frames, first.frames);
+}
+
+TEST_F(ViewCompletion, EveryLengthAndSizeComesBackAsItWas) {
+  for (const long frames : {1L, 2L, 6L}) complete({.size = {48, 32}, .frames = frames});
+  complete({.size = {41, 19}, .frames = 3});
+  complete({.size = {16, 16}, .frames = 1, .holes = Holes::all});
+}
+
+TEST_F(ViewCompletion, LongClipsAreMadeInWindows) {
+  options_.window_frames = 9;
+  options_.window_overlap = 4;
+  const Answer answer = complete({.size = {16, 16}, .frames = 22});
+  EXPECT_GT(answer.summary.windows, 2);
+  EXPECT_EQ(answer.summary.passes, 4 * answer.summary.windows);
+}
+
+TEST_F(ViewCompletion, WithoutHolesTheRenderingIsTheResult) {
+  const Scene scene{.holes = Holes::none};
+  const Answer answer = complete(scene);
+  EXPECT_FALSE(answer.summary.model_was_run);
+  EXPECT_THAT(answer.summary.skipped, Contains(HasSubstr("no frame has a hole")));
+  for (long k = 0; k < scene.frames; ++k) EXPECT_EQ(answer.frames[static_cast<std::size_t>(k)], scene.picture(k));
+}
+
+TEST_F(ViewCompletion, WhatIsNotNeededIsLeftOutAndSaid) {
+  options_.guidance = 1;
+  const Answer photo = complete({.photo = true});
+  EXPECT_EQ(photo.summary.passes, 2);
+  EXPECT_THAT(photo.summary.skipped, Contains(HasSubstr("negative prompt")));
+  EXPECT_THAT(photo.summary.skipped, Contains(HasSubstr("reference clip: a photo")));
+  options_.colour_correction = false;
+  options_.transformer.clear();
+  const Answer plain = complete({});
+  EXPECT_THAT(plain.summary.skipped, Contains(HasSubstr("no reference branch")));
+  EXPECT_THAT(plain.summary.skipped, Contains(HasSubstr("colour correction")));
+  EXPECT_THAT(plain.summary.choices, Contains(HasSubstr("unipc")));
+}
+
+TEST_F(ViewCompletion, AFirstFrameThatIsUnknownIsNoGuideForColours) {
+  EXPECT_THAT(complete({.holes = Holes::all}).summary.skipped, Contains(HasSubstr("too little of the first frame")));
+}
+
+TEST_F(ViewCompletion, TheReferenceChangesTheResult) {
+  const Answer with = complete({});
+  options_.reference = false;
+  EXPECT_NE(complete({}).frames, with.frames);
+}
+
+TEST_F(ViewCompletion, StreamingGivesTheSameBytes) {
+  const Answer resident = complete({});
+  options_.stream = StreamChoice::on;
+  EXPECT_EQ(complete({}).frames, resident.frames);
+}
+
+TEST_F(ViewCompletion, EveryFormOfWeightsStaysNearTheExactAnswer) {
+  const Answer exact = complete({});
+  for (const WeightsForm form : {WeightsForm::bf16_stored, WeightsForm::int8_stored}) {
+    options_.weights = form;
+    const Answer answer = complete({});
+    double error = 0;
+    for (std::size_t k = 0; k < exact.frames.size(); ++k)
+      for (std::size_t i = 0; i < exact.frames[k].size().pixels(); ++i)
+        error += std::abs(exact.frames[k].data()[i].g - answer.frames[k].data()[i].g);
+    EXPECT_LT(error / (5 * 48 * 32), 6);
+  }
+}
+
+TEST_F(ViewCompletion, TheTinyDecoderStandsForTheLargeOne) {
+  const Answer large = complete({});
+  options_.vae_fast = std::string(UWV_TEST_DATA) + "/taehv/taew2_1.safetensors";
+  EXPECT_NE(complete({}).frames, large.frames);
+  options_.vae_fast = "/no/such/decoder";
+  EXPECT_THAT(complaint(options_), HasSubstr("--vae-fast /no/such/decoder"));
+}
+
+TEST_F(ViewCompletion, StepCachingLeavesOutPasses) {
+  options_.steps = 8;
+  options_.step_cache = 5;
+  const Answer answer = complete({});
+  EXPECT_GT(answer.summary.skipped_passes, 0);
+  EXPECT_EQ(answer.summary.passes + answer.summary.skipped_passes, 16);
+}
+
+TEST_F(ViewCompletion, EncodedPromptsStandForTheEncoder) {
+  const test::TempFolder folder;
+  options_.prompt_embeds = folder.file("prompts.safetensors");
+  uwv::testing::write_safetensors(options_.prompt_embeds, {{"prompt_embeds", at::randn({1, 7, 32})}});
+  EXPECT_THAT(complaint(options_), HasSubstr("negative_prompt_embeds"));
+  options_.guidance = 1;
+  EXPECT_TRUE(complete({}).summary.model_was_run);
+  uwv::testing::write_safetensors(options_.prompt_embeds, {{"prompt_embeds", at::full({1, 7, 32}, HUGE_VAL)}});
+  EXPECT_THAT(complaint(options_), HasSubstr("no numbers"));
+  uwv::testing::write_safetensors(options_.prompt_embeds, {{"prompt_embeds", at::zeros({2, 7, 32})}});
+  EXPECT_THAT(complaint(options_), HasSubstr("prompt_embeds"));
+}
+
+TEST_F(ViewCompletion, TheMemoryLimitPicksTheForm) {
+  const auto plan = [&](const std::string& limit) {
+    options_.memory_limit = limit;
+    return plan_completion(options_, {832, 480}, 5, 1);
+  };
+  const CompletionPlan large = plan("16G");
+  EXPECT_THAT(large.choices, Contains(HasSubstr("weights f32:")));
+  EXPECT_GT(large.seconds_per_step, 0);
+  EXPECT_THAT(large.report(), HasSubstr("denoising"));
+  const std::uint64_t decoding = large.stages[3].peak_bytes;
+  ASSERT_GT(decoding * 9 / 10, large.stages[2].peak_bytes);
+  const CompletionPlan small = plan(std::to_string(decoding * 9 / 10));
+  EXPECT_THAT(small.choices, Contains(HasSubstr("vae_bands")));
+  EXPECT_LE(small.stages[3].peak_bytes, decoding * 9 / 10);
+  options_.memory_limit = "10M";
+  EXPECT_THAT(complaint(options_), HasSubstr("--memory-limit 10M"));
+}
+
+TEST_F(ViewCompletion, MissingPartsAreNamed) {
+  const test::TempFolder folder;
+  const std::string model = folder.file("model");
+  fs::copy(options_.model, model, fs::copy_options::recursive);
+  options_.model = model;
+  fs::remove_all(model + "/tokenizer");
+  EXPECT_THAT(complaint(options_), HasSubstr("tokenizer/"));
+  fs::remove_all(model + "/text_encoder");
+  EXPECT_THAT(complaint(options_), HasSubstr("--prompt-embeds"));
+  fs::remove_all(model + "/vae");
+  EXPECT_THAT(complaint(options_), HasSubstr("vae/config.json"));
+  fs::remove_all(model + "/transformer");
+  options_.transformer.clear();
+  EXPECT_THAT(complaint(options_), HasSubstr("--transformer"));
+  options_.model = folder.file("nowhere");
+  EXPECT_THAT(complaint(options_), HasSubstr("nowhere"));
+}
+
+TEST_F(ViewCompletion, LorasThatCannotBeReadAreNamed) {
+  options_.lora = {"/no/such/lora.safetensors:0.95"};
+  EXPECT_THAT(complaint(options_), HasSubstr("/no/such/lora.safetensors: no such file"));
+  options_.lora = {options_.prompt_cache + ":1e9"};
+  EXPECT_THAT(complaint(options_), HasSubstr("weight 1000000000"));
+}
+
+/// Stops after some reports of one stage.
+class Stopper : public Monitor {
+ public:
+  Stopper(std::string stage, int after) : stage_(std::move(stage)), left_(after) {}
+  bool progress(std::string_view stage, long, long) override { return stage != stage_ || --left_ > 0; }
+
+ private:
+  std::string stage_;
+  int left_;
+};
+
+TEST_F(ViewCompletion, StopsWithinAPassOfTheTransformer) {
+  Stopper stopper("denoising", 3);
+  CompletedClip out;
+  out.write = [](long, const ImageRgb&) { ADD_FAILURE() << "a frame of a job that was stopped"; };
+  const Scene scene;
+  try {
+    complete_views(options_, scene.clip(), out, 1, stopper);
+    FAIL() << "nothing was thrown";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::cancelled);
+  }
+}
+
+TEST(ModelOptions, BytesAreReadWithUnits) {
+  EXPECT_EQ(parse_bytes("16G"), std::uint64_t{16} << 30U);
+  EXPECT_EQ(parse_bytes("1.5GiB"), std::uint64_t{3} << 29U);
+  EXPECT_EQ(parse_bytes("1000"), 1000U);
+  for (const char* text : {"", "G", "-1G", "0", "1X", "1GG", "nan", "1e30"}) EXPECT_FALSE(parse_bytes(text)) << text;
+}
+
+TEST(ModelOptions, DefaultsFollowTheOfficialScripts) {
+  ModelOptions options;
+  EXPECT_EQ(options.sampling().steps, 50);
+  EXPECT_EQ(options.guidance_scale(), 6);
+  options.lora = {"causvid.safetensors"};
+  EXPECT_EQ(options.sampling().steps, 8);
+  EXPECT_EQ(options.sampling().kind, model::SamplerKind::euler);
+  EXPECT_EQ(options.guidance_scale(), 4);
+  options.few_steps = true;
+  EXPECT_EQ(options.sampling().steps, 4);
+  EXPECT_EQ(options.guidance_scale(), 1);
+}
+
+TEST(ModelOptions, ValuesOutOfRangeAreRefusedByName) {
+  const auto refuses = [](auto change) {
+    ModelOptions options;
+    change(options);
+    EXPECT_THROW(options.check(), std::invalid_argument);
+  };
+  refuses([](ModelOptions& o) { o.steps = 0; });
+  refuses([](ModelOptions& o) { o.shift = -1; });
+  refuses([](ModelOptions& o) { o.guidance = 1000; });
+  refuses([](ModelOptions& o) { o.cfg_share = 2; });
+  refuses([](ModelOptions& o) { o.seed = -1; });
+  refuses([](ModelOptions& o) { o.window_frames = 80; });
+  refuses([](ModelOptions& o) { o.window_overlap = 80; });
+  refuses([](ModelOptions& o) { o.memory_limit = "much"; });
+  refuses([](ModelOptions& o) { o.step_cache = std::nan(""); });
+}
+
+}  // namespace
+}  // namespace uwv
