@@ -15,6 +15,16 @@ at::Tensor call(const char* name, std::vector<c10::IValue> arguments) {
 
 }  // namespace
 
+bool int8_product_is_exact() {
+  static const bool exact = [] {
+    constexpr std::int64_t width = 64, largest = 127;
+    const at::Tensor numbers = at::full({1, width}, largest, at::kChar);
+    const at::Tensor sum = int8_product(numbers, pack_int8(numbers), at::ones({1}), at::kFloat);
+    return sum.item<float>() == static_cast<float>(largest * largest * width);
+  }();
+  return exact;
+}
+
 at::Tensor pack_int8(const at::Tensor& weight) {
   return call("onednn::qlinear_prepack", {weight.contiguous(), c10::IValue()});
 }

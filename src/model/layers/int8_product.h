@@ -13,4 +13,8 @@ at::Tensor pack_int8(const at::Tensor& weight);
 /// or bfloat16): (rows, out). Sums are exact.
 at::Tensor int8_product(const at::Tensor& x, const at::Tensor& packed, const at::Tensor& scales, at::ScalarType type);
 
+/// False where the CPU adds pairs of products in 16 bits, which overflow (AVX2 without VNNI): sums of large numbers
+/// then come out too small. Tried out once.
+bool int8_product_is_exact();
+
 }  // namespace uwv::model

@@ -23,7 +23,8 @@ at::ScalarType token_type(LinearForm form) {
 Linear::Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form) : out_(weight.size(0)), form_(form) {
   if (is_int8(form)) {
     const auto [numbers, scales] = quantise_rows(weight.to(at::kFloat).contiguous());
-    weight_ = form == LinearForm::int8 ? pack_int8(numbers) : numbers;
+    packed_ = form == LinearForm::int8 && int8_product_is_exact();
+    weight_ = packed_ ? pack_int8(numbers) : numbers;
     scales_ = scales;
   } else {
     // Rounding to bfloat16 is worth it only where it saves room; the multiplication in bfloat16 wants nothing else.
@@ -48,13 +49,15 @@ LinearInput Linear::prepare(const at::Tensor& x) const {
 
 at::Tensor Linear::operator()(const LinearInput& input) const {
   if (form_ == LinearForm::int8) {
-    at::Tensor y = int8_product(input.x, weight_, scales_, input.type);
+    // Products of 8-bit numbers are exact in float32 too.
+    at::Tensor y = packed_ ? int8_product(input.x, weight_, scales_, input.type)
+                           : multiply_widened(input.x.to(at::kFloat), {}).to(input.type);
     scale_rows(y, input.scales, bias_);
     return y;
   }
   if (form_ == LinearForm::bf16) return at::linear(input.x, weight_, bias_).to(input.type);
   if (weight_.scalar_type() == at::kFloat) return at::linear(input.x, weight_, bias_).to(input.type);
-  return multiply_widened(input.x).to(input.type);
+  return multiply_widened(input.x, bias_).to(input.type);
 }
 
 at::Tensor Linear::operator()(const at::Tensor& x) const {
@@ -70,14 +73,14 @@ at::Tensor Linear::widened(std::int64_t begin, std::int64_t end) const {
   return rows;
 }
 
-at::Tensor Linear::multiply_widened(const at::Tensor& x) const {
+at::Tensor Linear::multiply_widened(const at::Tensor& x, const at::Tensor& bias) const {
   at::Tensor y = at::empty({x.size(0), out_}, x.options());
   const std::int64_t step = std::max<std::int64_t>(64, widened_bytes / 4 / weight_.size(1));
   for (std::int64_t begin = 0; begin < out_; begin += step) {
     const std::int64_t end = std::min(begin + step, out_);
     at::Tensor part = y.slice(1, begin, end);
-    if (bias_.defined())
-      at::addmm_out(part, bias_.slice(0, begin, end), x, widened(begin, end).t());
+    if (bias.defined())
+      at::addmm_out(part, bias.slice(0, begin, end), x, widened(begin, end).t());
     else
       at::mm_out(part, x, widened(begin, end).t());
   }

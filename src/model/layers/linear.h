@@ -41,10 +41,11 @@ class Linear {
 
  private:
   at::Tensor widened(std::int64_t begin, std::int64_t end) const;
-  at::Tensor multiply_widened(const at::Tensor& x) const;
+  at::Tensor multiply_widened(const at::Tensor& x, const at::Tensor& bias) const;
 
   at::Tensor weight_, bias_;
-  at::Tensor scales_;  ///< Of 8-bit forms: one an output channel.
+  at::Tensor scales_;    ///< Of 8-bit forms: one an output channel.
+  bool packed_ = false;  ///< The weight lies as int8_product wants it.
   std::int64_t out_ = 0;
   LinearForm form_ = LinearForm::f32;
 };

@@ -30,15 +30,35 @@ std::optional<c10::TypedOperatorHandle<Function>> find(const char* name, const c
   }
 }
 
+/// oneDNN refuses bfloat16 on CPUs that cannot even convert it.
+bool takes_bfloat16(const c10::TypedOperatorHandle<Run>& run) {
+  const at::Tensor one = at::ones({1, 1, 1, 1}, at::kBFloat16);
+  try {
+    run.call(one, one, std::nullopt, {0, 0}, {1, 1}, {1, 1}, 1, "none", c10::List<MaybeScalar>(), std::nullopt);
+    return true;
+  } catch (const c10::Error&) {
+    return false;
+  }
+}
+
 struct Operators {
   std::optional<c10::TypedOperatorHandle<Run>> run = find<Run>("mkldnn::_convolution_pointwise", "");
   std::optional<c10::TypedOperatorHandle<Add>> add = find<Add>("mkldnn::_convolution_pointwise_", "binary");
   bool complete = run && add && at::globalContext().hasMKLDNN() && at::globalContext().userEnabledMkldnn();
+  bool bfloat16 = complete && takes_bfloat16(*run);
+
+  bool take(at::ScalarType type) const { return type == at::kBFloat16 ? bfloat16 : complete; }
 };
 
 const Operators& operators() {
   static const Operators found;
   return found;
+}
+
+at::Tensor plain_conv(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
+                      std::int64_t stride) {
+  const auto widened = [](const at::Tensor& t) { return t.defined() ? t.to(at::kFloat) : t; };
+  return at::conv2d(widened(x), widened(weight), widened(bias), stride, padding).to(x.scalar_type());
 }
 
 std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
@@ -49,15 +69,15 @@ std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
 
 at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
                std::int64_t stride) {
-  if (!operators().complete) return at::conv2d(x, weight, bias, stride, padding);
+  if (!operators().take(x.scalar_type())) return plain_conv(x, weight, bias, padding, stride);
   return operators().run->call(x, weight, maybe(bias), {padding, padding}, {stride, stride}, {1, 1}, 1, "none",
                                c10::List<MaybeScalar>(), std::nullopt);
 }
 
 void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
          std::int64_t stride) {
-  if (!operators().complete) {
-    sum.add_(at::conv2d(x, weight, bias, stride, padding));
+  if (!operators().take(x.scalar_type())) {
+    sum.add_(plain_conv(x, weight, bias, padding, stride));
     return;
   }
   operators().add->call(sum, x, weight, maybe(bias), {padding, padding}, {stride, stride}, {1, 1}, 1, "add",
