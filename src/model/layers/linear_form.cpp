@@ -34,20 +34,4 @@ LinearForm linear_form(const std::string& name) {
   throw std::invalid_argument(fmt::format("a linear form named '{}', wanted one of {}", name, known));
 }
 
-bool cpu_has_bf16_units() {
-#ifdef __x86_64__
-  return __builtin_cpu_supports("avx512bf16") != 0;
-#else
-  return false;
-#endif
-}
-
-bool cpu_has_int8_units() {
-#ifdef __x86_64__
-  return __builtin_cpu_supports("avx512vnni") != 0;
-#else
-  return false;
-#endif
-}
-
 }  // namespace uwv::model

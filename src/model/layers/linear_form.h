@@ -20,9 +20,4 @@ std::string to_string(LinearForm form);
 /// Throws std::invalid_argument listing the names for any other.
 LinearForm linear_form(const std::string& name);
 
-/// Whether this CPU multiplies in bfloat16 faster than in float32 (AVX-512 BF16 or AMX), and 8-bit whole numbers faster
-/// still (VNNI or AMX). Without them the forms bf16 and int8 give the same answers, slower than f32.
-bool cpu_has_bf16_units();
-bool cpu_has_int8_units();
-
 }  // namespace uwv::model

@@ -1,26 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/vae/vae_options.h"
 
-#if defined(__x86_64__)
-#include <cpuid.h>
-#endif
-
 #include "uwv/core/error.h"
+#include "uwv/core/processor.h"
 
 namespace uwv::model {
-namespace {
-
-/// Intel's documented bit for tiles of bfloat16; the compiler's own question does not know it yet.
-bool multiplies_bf16_tiles() {
-#if defined(__x86_64__)
-  unsigned a = 0, b = 0, c = 0, d = 0;
-  return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && ((d >> 22) & 1U) != 0;
-#else
-  return false;
-#endif
-}
-
-}  // namespace
 
 std::string_view to_string(VaePrecision precision) {
   switch (precision) {
@@ -47,7 +31,7 @@ void VaeOptions::check() const {
 
 VaePrecision resolved(VaePrecision precision) {
   if (precision != VaePrecision::automatic) return precision;
-  return multiplies_bf16_tiles() ? VaePrecision::bf16 : VaePrecision::f32;
+  return processor_units().amx_bf16 ? VaePrecision::bf16 : VaePrecision::f32;
 }
 
 }  // namespace uwv::model
