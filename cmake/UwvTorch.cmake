@@ -60,5 +60,7 @@ set_target_properties(uwv_torch PROPERTIES
   INTERFACE_INCLUDE_DIRECTORIES "${uwv_torch_root}/include;${uwv_torch_root}/include/torch/csrc/api/include"
   INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${uwv_torch_root}/include;${uwv_torch_root}/include/torch/csrc/api/include"
   INTERFACE_LINK_LIBRARIES "${uwv_torch_root}/lib/libtorch_cpu.so;${uwv_torch_root}/lib/libc10.so"
-  # Programs find torch where it is; its CUDA helpers are found by torch's own search path only.
-  INTERFACE_LINK_OPTIONS "-Wl,-rpath,${uwv_torch_root}/lib;-Wl,--allow-shlib-undefined")
+  # Programs find torch where it is; its CUDA helpers are found by torch's own search path only. libtorch comes before all
+  # other libraries, as an option: the loader gives its matrix products to the first BLAS it meets, and behind the
+  # system's they take ten times as long (uwv/core/matrix_library.h).
+  INTERFACE_LINK_OPTIONS "-Wl,-rpath,${uwv_torch_root}/lib;-Wl,--allow-shlib-undefined;SHELL:-Wl,--push-state,--no-as-needed \"${uwv_torch_root}/lib/libtorch_cpu.so\" -Wl,--pop-state")

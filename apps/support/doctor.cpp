@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "uwv/core/error.h"
+#include "uwv/core/matrix_library.h"
 #include "uwv/core/processor.h"
 #include "uwv/pipeline/environment.h"
 
@@ -15,6 +16,12 @@ constexpr bool has_networks = true;
 #else
 constexpr bool has_networks = false;
 #endif
+
+std::string matrix_products() {
+  const MatrixLibrary library = matrix_library();
+  if (library.replaced()) return fmt::format("by {} instead of libtorch's own: float32 is slow", library.used);
+  return library.used.empty() ? "no library is loaded for them" : "by " + library.used;
+}
 
 bool has_gpu() {
   try {
@@ -47,10 +54,10 @@ std::string doctor_report() {
                                    : "no: built without libtorch, which scripts/setup fetches");
 
   const ProcessorUnits units = processor_units();
-  text += fmt::format("video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
+  text += fmt::format("video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
                       has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches",
                       "weights bf16", units.bf16() ? "fast here" : "slow here: take bf16_stored", "weights int8",
-                      units.int8() ? "fast here" : "slow here: take int8_stored");
+                      units.int8() ? "fast here" : "slow here: take int8_stored", "products", matrix_products());
 
   text += "video\n";
   for (const Capability& encoder : encoders())

@@ -48,6 +48,12 @@ class UwvAppWithModel : public ::testing::Test {
   TempFolder folder_;
 };
 
+// Behind a plain BLAS of the system's the model would be ten times slower in float32.
+TEST_F(UwvAppWithModel, LibtorchMultipliesMatricesByItsOwnLibrary) {
+  EXPECT_THAT(run_app(folder_.path().string(), {"doctor"}).out,
+              ::testing::ContainsRegex("products +by [^\n]*libtorch"));
+}
+
 TEST_F(UwvAppWithModel, CompletesTheClipAndRecordsHow) {
   const Outcome outcome = run("out", {"--preview"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

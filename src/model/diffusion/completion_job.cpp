@@ -10,6 +10,7 @@
 #include "model/diffusion/conditioning.h"
 #include "model/diffusion/noise.h"
 #include "model/vae/tiny_vae.h"
+#include "uwv/core/matrix_library.h"
 
 namespace uwv::model {
 namespace {
@@ -33,6 +34,11 @@ CompletionJob::CompletionJob(const ModelOptions& options, const RenderedClip& cl
       setup_(set_up(options, clip.size, clip.frames)),
       tensors_(padded_tensors(clip)) {
   summary_.choices = setup_.choices;
+  if (const MatrixLibrary library = matrix_library(); library.replaced())
+    warn(
+        fmt::format("matrices are multiplied by {} instead of libtorch's own library, which is slow in float32: link "
+                    "libtorch before it",
+                    library.used));
 }
 
 void CompletionJob::warn(const std::string& sentence) {
