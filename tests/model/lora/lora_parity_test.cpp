@@ -2,6 +2,8 @@
 // LoRAs in original Wan names, against what diffusers fuses of them.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "model/layers/torch_scope.h"
 #include "model/transformer/transformer_support.h"
 
@@ -15,7 +17,17 @@ using uwv::testing::near;
 
 constexpr double official_weight = 0.95;
 
-class LoraParity : public ::testing::TestWithParam<const char*> {
+/// X of every lora_X.safetensors among the fixtures.
+std::vector<std::string> loras() {
+  std::vector<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(fixture_folder("lora"))) {
+    const std::string name = entry.path().stem().string();
+    if (name.starts_with("lora_")) found.push_back(name.substr(5));
+  }
+  return found;
+}
+
+class LoraParity : public ::testing::TestWithParam<std::string> {
  protected:
   LoraParity() : scope_(1) {}
   std::string path(const std::string& start) const {
@@ -63,8 +75,8 @@ TEST_P(LoraParity, TwoHalvesAreOneWhole) {
     EXPECT_TRUE(near(halves.tensor(name), whole.tensor(name), 2e-6)) << name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Official, LoraParity, ::testing::Values("attn", "full"),
-                         [](const auto& suite) { return std::string(suite.param); });
+INSTANTIATE_TEST_SUITE_P(Official, LoraParity, ::testing::ValuesIn(loras()),
+                         [](const auto& suite) { return suite.param; });
 
 }  // namespace
 }  // namespace uwv::model

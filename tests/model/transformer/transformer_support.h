@@ -23,6 +23,18 @@ inline std::vector<std::string> cases_in(const std::string& folder) {
   return found;
 }
 
+/// Names of the folders of transformers among the fixtures, sorted; with `shards`, only those whose weights are in
+/// several files.
+inline std::vector<std::string> transformers(bool shards = false) {
+  std::vector<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(fixture_folder("transformer"))) {
+    const bool whole = std::filesystem::exists(entry.path() / "diffusion_pytorch_model.safetensors");
+    if (entry.is_directory() && !(shards && whole)) found.push_back(entry.path().filename().string());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 /// One call of the network with what came of it.
 class GoldenCase {
  public:

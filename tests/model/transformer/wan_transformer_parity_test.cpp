@@ -19,7 +19,7 @@ using uwv::testing::rms;
 
 constexpr double tolerance = 1e-4, rotary_tolerance = 1e-6, bf16_rms = 0.03;
 
-class TransformerParity : public ::testing::TestWithParam<const char*> {
+class TransformerParity : public ::testing::TestWithParam<std::string> {
  protected:
   TransformerParity() : scope_(1) {}
   std::string folder() const { return fixture_folder("transformer") + "/" + GetParam(); }
@@ -116,18 +116,23 @@ TEST_P(TransformerParity, LowPrecisionStaysNearTheExactAnswer) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Official, TransformerParity, ::testing::Values("t2v", "t2v_sharded", "vace", "uniview"),
-                         [](const auto& suite) { return std::string(suite.param); });
+INSTANTIATE_TEST_SUITE_P(Official, TransformerParity, ::testing::ValuesIn(uwv::testing::transformers()),
+                         [](const auto& suite) { return suite.param; });
 
 TEST(ShardedTransformerParity, ShardsAreTheSameNetwork) {
   const TorchScope scope(1);
-  const std::string whole = fixture_folder("transformer") + "/t2v";
-  const WanTransformer one = WanTransformer::open(whole, {});
-  const WanTransformer many = WanTransformer::open(whole + "_sharded", {});
-  for (const std::string& path : cases_in(whole)) {
-    const GoldenCase golden(path);
-    EXPECT_TRUE(near(golden.run(many), golden.get("out"), tolerance)) << path;
-    EXPECT_TRUE(at::equal(golden.run(one), golden.run(many))) << path;
+  const std::vector<std::string> names = uwv::testing::transformers(true);
+  ASSERT_FALSE(names.empty());
+  for (const std::string& name : names) {
+    const std::string shards = fixture_folder("transformer") + "/" + name;
+    const std::string whole = shards.substr(0, shards.size() - std::string("_sharded").size());
+    const WanTransformer one = WanTransformer::open(whole, {});
+    const WanTransformer many = WanTransformer::open(shards, {});
+    for (const std::string& path : cases_in(whole)) {
+      const GoldenCase golden(path);
+      EXPECT_TRUE(near(golden.run(many), golden.get("out"), tolerance)) << path;
+      EXPECT_TRUE(at::equal(golden.run(one), golden.run(many))) << path;
+    }
   }
 }
 
