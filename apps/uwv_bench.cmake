@@ -40,6 +40,7 @@ target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval 
 if(TARGET uwv_model)
   target_sources(uwv_bench PRIVATE
     bench/model_commands.cpp
+    bench/model_known.cpp
     bench/model_ladder.cpp
     bench/model_shapes.cpp
     bench/model_text.cpp
@@ -49,5 +50,5 @@ if(TARGET uwv_model)
   target_compile_definitions(uwv_bench PRIVATE UWV_BENCH_MODEL)
   target_include_directories(uwv_bench PRIVATE ${uwv_SOURCE_DIR}/src)
   target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch>)
-  uwv_compile_with_torch(bench/model_text.cpp bench/model_transformer.cpp bench/model_vae.cpp)
+  uwv_compile_with_torch(bench/model_known.cpp bench/model_text.cpp bench/model_transformer.cpp bench/model_vae.cpp)
 endif()

@@ -40,6 +40,9 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
   weights.add_option("--dtype", options->dtype, "f32 or bf16")
       ->check(CLI::IsMember({"f32", "bf16"}))
       ->capture_default_str();
+  weights.add_option("--layers", options->layers, "Of the transformer, for one that is as wide but quicker; 0 = all")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
   weights.add_option("--out", options->out, "Folder to write into")->required();
 
   CLI::App& transformer = subcommand(
@@ -55,6 +58,18 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
   transformer.add_flag("--streamed", options->streamed, "Read blocks when their turn comes");
   transformer.add_option("--compare", options->compare,
                          "Folder with inputs and an answer of scripts/diffusers-transformer.py to compare with");
+
+  CLI::App& known = subcommand(
+      "known", "One step without the tokens far from holes; example: uwv_bench model known --model DIR --forms bf16",
+      time_known_tokens);
+  clip_flags(known, *options);
+  known.add_option("--forms", options->forms, "The first is the way of holding weights")->delimiter(',');
+  known.add_option("--holes", options->holes, "Shares of the picture that are unknown")
+      ->delimiter(',')
+      ->capture_default_str();
+  known.add_option("--margins", options->margins, "Tokens around a hole that are not left out")
+      ->delimiter(',')
+      ->capture_default_str();
 
   CLI::App& vae = subcommand(
       "vae", "The autoencoder, each way of running it; example: uwv_bench model vae --model DIR --forms f32,bf16/2",

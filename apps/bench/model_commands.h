@@ -16,6 +16,7 @@ namespace uwv::bench {
 struct ModelBenchOptions {
   std::string config = "1.3b";  ///< Which weights are made.
   std::string dtype = "bf16";   ///< Of the weights that are made.
+  int layers = 0;               ///< Of a transformer that is made; 0 = as published.
   std::uint64_t seed = 1;
   std::string out;          ///< Folder the weights are written into.
   std::string model;        ///< Folder of the weights that are timed.
@@ -28,6 +29,8 @@ struct ModelBenchOptions {
   int threads = 0;  ///< 0 = all processors.
   std::vector<std::string> forms{"f32", "bf16_stored", "bf16", "int8_stored", "int8"};
   std::vector<std::string> ways{"decode", "encode"};  ///< Of the autoencoder.
+  std::vector<double> holes{0.1, 0.25, 0.5};          ///< Shares of the picture that are unknown.
+  std::vector<int> margins{0, 1, 2, 4, 8};            ///< Tokens around a hole that are not left out.
   bool streamed = false;                              ///< Blocks are read when their turn comes.
   std::string compare;  ///< File that the first form's answer is written to or, where it exists, compared with.
 };
@@ -43,6 +46,10 @@ std::vector<Table> time_vae(const ModelBenchOptions& options);
 
 /// Seconds a prompt, peak memory, and error against the first form, for each way of holding the text encoder's weights.
 std::vector<Table> time_text_encoder(const ModelBenchOptions& options);
+
+/// What a step takes when tokens far from the hole are left out, and what that changes in the hole, for holes and
+/// margins of several sizes.
+std::vector<Table> time_known_tokens(const ModelBenchOptions& options);
 
 /// What each choice of sampler, steps, guidance, caching and numbers loses against 50 exact steps.
 std::vector<Table> measure_ladder(const ModelBenchOptions& options);

@@ -89,6 +89,8 @@ std::vector<Rung> rungs(const ModelOptions& exact) {
     add(fmt::format("cfg_share {}", share), [&](ModelOptions& o) { o.cfg_share = share; });
   for (const double threshold : {0.02, 0.05, 0.1, 0.2, 0.3})
     add(fmt::format("step_cache {}", threshold), [&](ModelOptions& o) { o.step_cache = threshold; });
+  for (const int margin : {4, 2, 1, 0})
+    add(fmt::format("skip_known {}", margin), [&](ModelOptions& o) { o.skip_known = margin; });
   add("bf16_stored", [](ModelOptions& o) { o.weights = WeightsForm::bf16_stored; });
   add("bf16", [](ModelOptions& o) { o.weights = WeightsForm::bf16; });
   add("int8_stored", [](ModelOptions& o) { o.weights = WeightsForm::int8_stored; });

@@ -140,6 +140,16 @@ class Maker {
   ThreadPool pool_;
 };
 
+/// The first layers of a transformer with what acts within them.
+model::TransformerConfig shortened(model::TransformerConfig config, int layers) {
+  config.layers = std::min(layers, config.layers);
+  std::erase_if(config.vace_layers, [&](int layer) { return layer >= config.layers; });
+  const auto blocks = static_cast<int>(config.vace_layers.size());
+  std::erase_if(config.ref_at, [&](int block) { return block >= blocks; });
+  if (config.ref_at.empty()) config.reference = model::ReferenceBranch::none;
+  return config;
+}
+
 model::TransformerConfig transformer_config(const std::string& name) {
   if (name == "14b") return model::TransformerConfig::wan_14b();
   if (name == "1.3b") return model::TransformerConfig::wan_1_3b();
@@ -212,7 +222,8 @@ std::vector<Table> make_weights(const ModelBenchOptions& options) {
   } else if (options.config == "text") {
     part = {"text_encoder", "model", text_encoder_config(), text_encoder_shapes()};
   } else {
-    const model::TransformerConfig config = transformer_config(options.config);
+    model::TransformerConfig config = transformer_config(options.config);
+    if (options.layers > 0) config = shortened(std::move(config), options.layers);
     part = {"transformer", "diffusion_pytorch_model", config_text(config), model::transformer_shapes(config)};
   }
   const fs::path folder = fs::path(options.out) / part.folder;

@@ -226,6 +226,8 @@ std::vector<Option> checkpoint_options() {
       option("cfg_share", &M::cfg_share, "X", "share of the steps, the first ones, that are guided"),
       option("cfg_batch", &M::cfg_batch, "", "both passes of guidance at once: more memory"),
       option("step_cache", &M::step_cache, "X", "leave out steps that change little: 0 none, 0.1 few, 0.3 many"),
+      option("skip_known", &M::skip_known, "N",
+             "leave out tokens that are known and farther than N tokens from any hole; unset: none"),
       option("seed", &M::seed, "N", "of the noise: the same seed gives the same bytes"),
   };
 }

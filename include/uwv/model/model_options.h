@@ -66,7 +66,10 @@ struct ModelOptions {
   double cfg_share = 1;                       ///< Share of the steps that are guided, the first ones.
   bool cfg_batch = false;                     ///< Both passes of guidance at once: more memory, little time saved.
   double step_cache = 0;  ///< Leaves out steps that change little: threshold, 0 = none, 0.1 few, 0.3 many.
-  long seed = 42;         ///< Of the noise. 42 is the official code's only one (its noise is CUDA's).
+  /// Leaves out tokens (16x16 pixels of a latent's frames) that are known and farther than so many tokens, in rows,
+  /// columns and latent frames, from any that is not. Unset: none. Time falls with what is left, quality may too.
+  std::optional<int> skip_known;
+  long seed = 42;  ///< Of the noise. 42 is the official code's only one (its noise is CUDA's).
 
   // -- clip ----------------------------------------------------------------------------------------------------------
   bool reference = true;          ///< Show the network frames of the source clip, where its weights can use them.
@@ -85,11 +88,9 @@ struct ModelOptions {
 
   /// Steps and sampler with everything unset decided.
   model::SamplerOptions sampling() const {
-    return {sampler.value_or(few_steps ? model::SamplerKind::euler_plain : model::SamplerKind::euler),
-            steps.value_or(few_steps      ? 4
-                           : lora.empty() ? 50
-                                          : 8),
-            shift.value_or(few_steps ? 8 : 5)};
+    model::SamplerOptions chosen = few_steps ? model::SamplerOptions::few_steps() : model::SamplerOptions{};
+    if (!few_steps && lora.empty()) chosen.steps = 50;
+    return {sampler.value_or(chosen.kind), steps.value_or(chosen.steps), shift.value_or(chosen.shift)};
   }
   double guidance_scale() const { return guidance.value_or(few_steps ? 1 : lora.empty() ? 6 : 4); }
 
@@ -123,6 +124,8 @@ inline void ModelOptions::check() const {
   require(g >= 0 && g <= 100, "--guidance: found {}, wanted 0 to 100", g);
   require(cfg_share >= 0 && cfg_share <= 1, "--cfg-share: found {}, wanted 0 to 1", cfg_share);
   require(step_cache >= 0 && step_cache <= 10, "--step-cache: found {}, wanted 0 (off) to 10", step_cache);
+  require(!skip_known || (*skip_known >= 0 && *skip_known <= 1000), "--skip-known: found {}, wanted 0 to 1000",
+          skip_known.value_or(0));
   require(seed >= 0, "--seed: found {}, wanted 0 or more", seed);
   require(window_frames >= 5 && window_frames % 4 == 1, "--window-frames: found {}, wanted 1 + 4k, at least 5",
           window_frames);

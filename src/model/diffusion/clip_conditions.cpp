@@ -11,24 +11,31 @@ namespace uwv::model {
 namespace {
 
 constexpr std::int64_t reference_frames = 9;
+constexpr std::int64_t pixels_per_token = 2 * pixels_per_latent;
 
 /// What the masks say, from one walk through them.
 struct MaskLook {
   at::Tensor channels;  ///< (1, 64, latents, h, w)
   std::vector<bool> has_holes;
+  at::Tensor unknown_tokens;
 };
 
 MaskLook look_at_masks(const ClipTensors& clip, Monitor& monitor) {
   const std::int64_t latents = latent_frames(clip.frames);
   const std::vector<std::int64_t> picked = mask_frames(clip.frames, latents);
-  MaskLook look{{}, std::vector<bool>(static_cast<std::size_t>(latents))};
+  MaskLook look{{},
+                std::vector<bool>(static_cast<std::size_t>(latents)),
+                at::zeros({latents, clip.height / pixels_per_token, clip.width / pixels_per_token}, at::kBool)};
   std::vector<at::Tensor> channels;
   for (std::int64_t k = 0; k < clip.frames; ++k) {
     const at::Tensor mask = clip.mask(k, 1);
-    if (mask.gt(0).any().item<bool>()) look.has_holes[static_cast<std::size_t>((k + 3) / frames_per_latent)] = true;
+    const std::int64_t latent = (k + frames_per_latent - 1) / frames_per_latent;
+    look.unknown_tokens[latent].logical_or_(at::max_pool2d(mask[0].transpose(0, 1), pixels_per_token)[0][0].gt(0));
     if (std::binary_search(picked.begin(), picked.end(), k)) channels.push_back(mask_channels(mask));
     monitor.step("masks", k + 1, clip.frames);
   }
+  for (std::int64_t i = 0; i < latents; ++i)
+    look.has_holes[static_cast<std::size_t>(i)] = look.unknown_tokens[i].any().item<bool>();
   look.channels = at::cat(channels, 2);
   return look;
 }
@@ -52,7 +59,7 @@ bool ClipConditions::any_hole(std::int64_t first, std::int64_t count) const {
 
 ClipConditions encode_conditions(const WanVae& vae, const ClipTensors& clip, Monitor& monitor) {
   MaskLook masks = look_at_masks(clip, monitor);
-  ClipConditions conditions{{}, std::move(masks.has_holes), {}};
+  ClipConditions conditions{{}, std::move(masks.has_holes), masks.unknown_tokens, {}};
   if (!conditions.any_hole()) return conditions;
   const auto part = [&](at::Tensor (*choose)(const at::Tensor&, const at::Tensor&)) {
     return vae.encode(

@@ -11,6 +11,7 @@ namespace uwv::model {
 struct ClipConditions {
   at::Tensor control;           ///< (1, 96, latents, h, w): known, holes, mask. Undefined when there is no hole.
   std::vector<bool> has_holes;  ///< By latent frame: in any of its frames.
+  at::Tensor unknown_tokens;    ///< (latents, token rows, token columns): whether any of its pixels is a hole.
   at::Tensor small_pictures;    ///< (3, latents, h, w) in [-1, 1]: each latent's own piece of picture, averaged.
 
   bool any_hole() const;

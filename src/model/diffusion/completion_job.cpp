@@ -8,6 +8,7 @@
 #include <chrono>
 
 #include "model/diffusion/conditioning.h"
+#include "model/diffusion/known_tokens.h"
 #include "model/diffusion/noise.h"
 #include "model/vae/tiny_vae.h"
 #include "uwv/core/matrix_library.h"
@@ -75,23 +76,33 @@ void CompletionJob::embed() {
   text_ = embed_prompts(options_, setup_.folder, guided, monitor_);
 }
 
+/// `wanted` are the clip's tokens that may not be left out; undefined = all.
+DenoiseWindow CompletionJob::make_window(const WanTransformer& network, std::size_t k, const at::Tensor& wanted,
+                                         PassCount& count) {
+  const Window& place = setup_.windows[k];
+  if (!conditions_.any_hole(place.first, place.count)) return {place, {}, {}};
+  WindowInputs inputs{
+      conditions_.control.narrow(2, place.first, place.count), references_[k], text_.positive, text_.negative, {}, {}};
+  at::Tensor left_out;
+  const at::Tensor here = wanted.defined() ? wanted.narrow(0, place.first, place.count) : at::Tensor();
+  if (here.defined() && !here.all().item<bool>()) {
+    inputs.kept = places_of(here);
+    left_out = latents_of_tokens(here.logical_not());
+    skip(fmt::format("{} of {} tokens in window {}: skip_known", here.numel() - inputs.kept.numel(), here.numel(),
+                     k + 1));
+  }
+  return {place, std::make_unique<WindowNetwork>(network, inputs, options_.step_cache, count), left_out};
+}
+
 std::vector<DenoiseWindow> CompletionJob::make_windows(const WanTransformer& network, PassCount& count) {
+  // Over the whole clip, so that windows that overlap leave out the same.
+  const at::Tensor wanted =
+      options_.skip_known ? near_unknown(conditions_.unknown_tokens, *options_.skip_known) : at::Tensor();
   std::vector<DenoiseWindow> windows;
   std::size_t without_holes = 0;
   for (std::size_t k = 0; k < setup_.windows.size(); ++k) {
-    const Window& place = setup_.windows[k];
-    std::unique_ptr<WindowModel> model;
-    if (conditions_.any_hole(place.first, place.count))
-      model = std::make_unique<WindowNetwork>(network,
-                                              WindowInputs{conditions_.control.narrow(2, place.first, place.count),
-                                                           references_[k],
-                                                           text_.positive,
-                                                           text_.negative,
-                                                           {}},
-                                              options_.step_cache, count);
-    else
-      ++without_holes;
-    windows.push_back({place, std::move(model)});
+    windows.push_back(make_window(network, k, wanted, count));
+    if (!windows.back().model) ++without_holes;
   }
   if (without_holes > 0)
     skip(fmt::format("transformer in {} of {} windows: nothing to generate in them", without_holes,

@@ -26,6 +26,7 @@ class CompletionJob {
   void decode();
   void copy_through();
   std::vector<DenoiseWindow> make_windows(const WanTransformer& network, PassCount& count);
+  DenoiseWindow make_window(const WanTransformer& network, std::size_t k, const at::Tensor& wanted, PassCount& count);
   void show_preview(const LatentColours& colours, const DenoiseStep& step) const;
   void skip(const std::string& what) { summary_.skipped.push_back(what); }
   void warn(const std::string& sentence);

@@ -26,9 +26,12 @@ at::Tensor guided_velocity(WindowModel& model, const at::Tensor& latents, double
 
 at::Tensor window_velocity(const DenoiseWindow& window, const at::Tensor& latents, const at::Tensor& known,
                            const Sampler& sampler, const DenoiseOptions& options) {
-  if (!window.model) return (latents - known) / sampler.sigma();
-  if (options.guided(sampler.taken())) return guided_velocity(*window.model, latents, sampler.timestep(), options);
-  return window.model->velocity(latents, sampler.timestep(), Branch::positive);
+  const auto to_known = [&] { return (latents - known) / sampler.sigma(); };
+  if (!window.model) return to_known();
+  const at::Tensor velocity = options.guided(sampler.taken())
+                                  ? guided_velocity(*window.model, latents, sampler.timestep(), options)
+                                  : window.model->velocity(latents, sampler.timestep(), Branch::positive);
+  return window.left_out.defined() ? at::where(window.left_out, to_known(), velocity) : velocity;
 }
 
 at::Tensor clip_velocity(const std::vector<DenoiseWindow>& windows, const at::Tensor& latents, const at::Tensor& known,

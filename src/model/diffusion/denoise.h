@@ -42,6 +42,7 @@ struct DenoiseOptions {
 struct DenoiseWindow {
   Window place;
   std::unique_ptr<WindowModel> model;
+  at::Tensor left_out;  ///< (1, 1, frames, rows, columns), true where latents end at `known` too; undefined = nowhere.
 };
 
 /// After each step: the latents, and the clip they point to, without noise. May throw to stop.
@@ -52,7 +53,8 @@ struct DenoiseStep {
 };
 
 /// `noise` is (1, 16, latent frames, rows, columns); `known` the latents of the same shape that windows without a model
-/// end at, undefined when all have one. Throws Error(value_invalid) naming the step that gave no numbers.
+/// and latents that are left out end at, undefined when there are neither. Throws Error(value_invalid) naming the step
+/// that gave no numbers.
 at::Tensor denoise(const at::Tensor& noise, const std::vector<DenoiseWindow>& windows, const at::Tensor& known,
                    const DenoiseOptions& options, const std::function<void(const DenoiseStep&)>& on_step = {});
 

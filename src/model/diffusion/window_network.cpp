@@ -18,6 +18,7 @@ WindowNetwork::Prepared& WindowNetwork::prepared(Branch branch) {
   TransformerContext context = branches_.empty()
                                    ? network_.prepare(inputs_.control, inputs_.reference, text, inputs_.control_scale)
                                    : network_.with_text(branches_.begin()->second.context, text);
+  context.kept = inputs_.kept;
   return branches_.emplace(branch, Prepared{std::move(context), StepCache(step_cache_)}).first->second;
 }
 

@@ -11,7 +11,7 @@ namespace uwv::model {
 at::Tensor ForwardPass::run(const at::Tensor& latents, const at::Tensor& timestep) {
   check_inputs(latents, timestep);
   prepare_positions(latents);
-  x_ = network_.ends().patches(latents);
+  x_ = kept_of(network_.ends().patches(latents));
   time_ = network_.ends().time(timestep);
   show("tokens_patch", x_);
   show("tokens_control", context_.control);
@@ -54,9 +54,28 @@ void ForwardPass::prepare_positions(const at::Tensor& latents) {
           grid.tokens());
   const TokenGrid& known = context_.grid;
   if (known.frames == grid.frames && known.rows == grid.rows && known.columns == grid.columns) return;
+  check_kept(grid);
   context_.grid = grid;
   context_.rotary = rotary_tables(grid, network_.config().head_dim);
+  if (context_.kept.defined())
+    context_.rotary = {context_.rotary.cosine.index_select(0, context_.kept),
+                       context_.rotary.sine.index_select(0, context_.kept)};
   context_.change = at::Tensor();
+}
+
+void ForwardPass::check_kept(const TokenGrid& grid) const {
+  const at::Tensor& kept = context_.kept;
+  if (!kept.defined()) return;
+  require(kept.dim() == 1 && kept.scalar_type() == at::kLong && kept.numel() > 0,
+          "kept tokens have {} dimensions and {} values, wanted a list of one or more whole numbers", kept.dim(),
+          kept.numel());
+  const auto first = kept.min().item<std::int64_t>(), last = kept.max().item<std::int64_t>();
+  require(first >= 0 && last < grid.tokens(), "kept tokens are {} to {}, wanted 0 to {}", first, last,
+          grid.tokens() - 1);
+}
+
+at::Tensor ForwardPass::kept_of(const at::Tensor& tokens) const {
+  return context_.kept.defined() ? tokens.index_select(1, context_.kept) : tokens;
 }
 
 bool ForwardPass::skip_blocks() const {
@@ -104,9 +123,9 @@ void ForwardPass::run_vace(std::size_t at, const StageId& id, const Stage& stage
 /// The control stream starts as its own tokens, zero past their end, plus the main stream's.
 void ForwardPass::start_control(const Stage& first) {
   at::Tensor tokens = context_.control.expand({x_.size(0), -1, -1});
-  if (const std::int64_t missing = x_.size(1) - tokens.size(1); missing > 0)
+  if (const std::int64_t missing = context_.grid.tokens() - tokens.size(1); missing > 0)
     tokens = at::cat({tokens, at::zeros({x_.size(0), missing, x_.size(2)}, tokens.options())}, 1);
-  control_ = first.proj_in(tokens.contiguous());
+  control_ = first.proj_in(kept_of(tokens).contiguous());
   add_gated(control_, x_, {});
 }
 
@@ -143,8 +162,11 @@ at::Tensor ForwardPass::finish(const at::Tensor& latents) const {
   const at::Tensor normed = layer_norm(x_, parts.select(1, 1) + 1, parts.select(1, 0), config.eps, at::kFloat);
   const TokenGrid& grid = context_.grid;
   const auto& patch = config.patch;
-  return network_.ends()
-      .out(normed)
+  at::Tensor patches = network_.ends().out(normed);
+  if (context_.kept.defined())
+    patches = at::zeros({patches.size(0), grid.tokens(), patches.size(2)}, patches.options())
+                  .index_copy_(1, context_.kept, patches);
+  return patches
       .reshape(
           {latents.size(0), grid.frames, grid.rows, grid.columns, patch[0], patch[1], patch[2], config.out_channels})
       .permute({0, 7, 1, 4, 2, 5, 3, 6})

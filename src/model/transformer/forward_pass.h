@@ -18,6 +18,9 @@ class ForwardPass {
   void show(const std::string& name, const at::Tensor& value) const;
   void show(const char* name, int index, const char* part, const at::Tensor& value) const;
   void prepare_positions(const at::Tensor& latents);
+  void check_kept(const TokenGrid& grid) const;
+  /// Of (batch, all tokens, dim) those that take part.
+  at::Tensor kept_of(const at::Tensor& tokens) const;
   /// Leaves the blocks out when the caller wants it, see TransformerHooks::skip_blocks.
   bool skip_blocks() const;
   void run_blocks();

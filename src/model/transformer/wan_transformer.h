@@ -39,7 +39,10 @@ struct TransformerContext {
   at::Tensor control;        ///< (batch or 1, tokens, dim) or undefined.
   at::Tensor reference;      ///< (batch or 1, tokens, dim) or undefined.
   at::Tensor control_scale;  ///< One factor a VACE block.
-  TokenGrid grid;            ///< Of `rotary`.
+  /// Places of the tokens that take part, rising (int64); undefined = all. To be set before the first forward(). The
+  /// others are as if the clip had never had them; their velocity comes back as 0.
+  at::Tensor kept;
+  TokenGrid grid;  ///< Of `rotary`.
   RotaryTables rotary;
   std::vector<KeysValues> text_keys, reference_keys;  ///< By place in the order of blocks.
   at::Tensor change;  ///< What all blocks together added to the tokens when they last ran; see skip_blocks.

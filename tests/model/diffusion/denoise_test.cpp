@@ -44,7 +44,7 @@ Answer run(const at::Tensor& positive, const at::Tensor& negative, const Denoise
   std::vector<DenoiseWindow> windows;
   for (const Window& place : plan_windows(positive.size(2), window_options)) {
     const auto part = [&](const at::Tensor& clip) { return clip.narrow(2, place.first, place.count); };
-    windows.push_back({place, std::make_unique<KnowingModel>(part(positive), part(negative), &answer.passes)});
+    windows.push_back({place, std::make_unique<KnowingModel>(part(positive), part(negative), &answer.passes), {}});
   }
   answer.latents = denoise(seeded_noise(positive.sizes(), 1), windows, {}, options);
   return answer;
@@ -88,7 +88,7 @@ TEST(Denoise, WindowsThatDisagreeMeetWithoutASeam) {
   const WindowOptions options{57, 20};
   for (const Window& place : plan_windows(latents, options)) {
     const at::Tensor clip = at::full({1, 16, place.count, 2, 2}, wish);
-    windows.push_back({place, std::make_unique<KnowingModel>(clip, clip, &passes)});
+    windows.push_back({place, std::make_unique<KnowingModel>(clip, clip, &passes), {}});
     wish += 1;
   }
   ASSERT_GT(windows.size(), 2U);
@@ -104,16 +104,42 @@ TEST(Denoise, AWindowWithoutModelEndsAtWhatIsKnown) {
   const at::Tensor known = seeded_noise(shape, 5);
   for (const SamplerKind kind : {SamplerKind::euler, SamplerKind::unipc, SamplerKind::dpmpp}) {
     std::vector<DenoiseWindow> windows;
-    windows.push_back({plan_windows(6, {})[0], nullptr});
+    windows.push_back({plan_windows(6, {})[0], nullptr, {}});
     EXPECT_TRUE(near(denoise(seeded_noise(shape, 1), windows, known, {{kind, 8, 5}, 4}), known, 1e-4));
   }
+}
+
+TEST(Denoise, LatentsThatAreLeftOutEndAtWhatIsKnown) {
+  const at::Tensor clip = seeded_noise(shape, 2), known = seeded_noise(shape, 5);
+  at::Tensor left_out = at::zeros({1, 1, 6, 2, 3}, at::kBool);
+  left_out.select(4, 0).fill_(true);
+  left_out.select(2, 1).fill_(true);
+  for (const bool batch : {false, true})
+    for (const SamplerKind kind : {SamplerKind::euler, SamplerKind::unipc, SamplerKind::dpmpp}) {
+      int passes = 0;
+      std::vector<DenoiseWindow> windows;
+      windows.push_back({plan_windows(6, {})[0], std::make_unique<KnowingModel>(clip, clip, &passes), left_out});
+      const at::Tensor answer = denoise(seeded_noise(shape, 1), windows, known, {{kind, 8, 5}, 4, 1, batch});
+      EXPECT_TRUE(near(answer, at::where(left_out, known, clip), 1e-4)) << to_string(kind);
+    }
+}
+
+TEST(Denoise, WhereTheNetworkAgreesWithWhatIsKnownLeavingOutShowsNoBorder) {
+  const at::Tensor clip = seeded_noise(shape, 2);
+  at::Tensor left_out = at::zeros({1, 1, 6, 2, 3}, at::kBool);
+  left_out.select(4, 0).fill_(true);
+  int passes = 0;
+  std::vector<DenoiseWindow> windows;
+  windows.push_back({plan_windows(6, {})[0], std::make_unique<KnowingModel>(clip, clip, &passes), left_out});
+  const DenoiseOptions options{{SamplerKind::unipc, 8, 5}, 4};
+  EXPECT_TRUE(near(denoise(seeded_noise(shape, 1), windows, clip, options), run(clip, clip, options).latents, 1e-5));
 }
 
 TEST(Denoise, EveryStepIsShownAndMayStop) {
   const at::Tensor clip = seeded_noise(shape, 2);
   int passes = 0;
   std::vector<DenoiseWindow> windows;
-  windows.push_back({plan_windows(6, {})[0], std::make_unique<KnowingModel>(clip, clip, &passes)});
+  windows.push_back({plan_windows(6, {})[0], std::make_unique<KnowingModel>(clip, clip, &passes), {}});
   const auto watch = [&](const DenoiseStep& step) {
     EXPECT_EQ(step.total, 8);
     EXPECT_TRUE(near(step.noiseless, clip, 1e-4));

@@ -187,6 +187,34 @@ TEST_F(ViewCompletion, StepCachingLeavesOutPasses) {
   EXPECT_EQ(answer.summary.passes + answer.summary.skipped_passes, 16);
 }
 
+TEST_F(ViewCompletion, KnownTokensFarFromHolesMayBeLeftOut) {
+  const Answer all = complete({});
+  options_.skip_known = 1000;
+  EXPECT_EQ(complete({}).frames, all.frames);
+  // Of the two latent frames the first has no hole, of the second the left of three columns of tokens.
+  options_.skip_known = 0;
+  const Answer few = complete({});
+  EXPECT_THAT(few.summary.skipped, Contains("8 of 12 tokens in window 1: skip_known"));
+  EXPECT_EQ(few.summary.passes, all.summary.passes);
+  EXPECT_NE(few.frames, all.frames);
+  EXPECT_EQ(complete({}).frames, few.frames);
+}
+
+TEST_F(ViewCompletion, TokensAreLeftOutTogetherWithEveryOtherRung) {
+  options_.skip_known = 0;
+  const Answer resident = complete({});
+  options_.stream = StreamChoice::on;
+  EXPECT_EQ(complete({}).frames, resident.frames);
+  options_.cfg_batch = true;
+  options_.step_cache = 5;
+  options_.steps = 8;
+  options_.window_frames = 9;
+  options_.window_overlap = 4;
+  const Answer answer = complete({.size = {48, 32}, .frames = 22});
+  EXPECT_GT(answer.summary.skipped_passes, 0);
+  EXPECT_THAT(answer.summary.skipped, Contains(HasSubstr("tokens in window 1: skip_known")));
+}
+
 TEST_F(ViewCompletion, EncodedPromptsStandForTheEncoder) {
   const test::TempFolder folder;
   options_.prompt_embeds = folder.file("prompts.safetensors");
@@ -304,6 +332,7 @@ TEST(ModelOptions, ValuesOutOfRangeAreRefusedByName) {
   refuses([](ModelOptions& o) { o.window_overlap = 80; });
   refuses([](ModelOptions& o) { o.memory_limit = "much"; });
   refuses([](ModelOptions& o) { o.step_cache = std::nan(""); });
+  refuses([](ModelOptions& o) { o.skip_known = -1; });
 }
 
 }  // namespace

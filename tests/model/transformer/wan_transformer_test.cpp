@@ -199,6 +199,58 @@ TEST_F(Transformer, AnotherTextSharesAllElse) {
   EXPECT_FALSE(near(one, two, 1e-3));
 }
 
+TEST_F(Transformer, TokensThatAreLeftOutAreAsIfTheyHadNeverBeen) {
+  // A clip of which only the first frame is kept is that frame alone: its positions are the same.
+  for (const std::string& branch : {official, paper})
+    for (const bool streamed : {false, true}) {
+      TransformerOptions options;
+      options.streamed = streamed;
+      const WanTransformer network = TinyModel(branch).open(options);
+      const TinyInputs clip(3, 4, 6, 2);
+      TransformerContext context = network.prepare(clip.control, clip.reference, clip.text);
+      context.kept = at::arange(6);
+      TinyInputs first = clip;
+      first.latents = clip.latents.narrow(2, 0, 1);
+      first.control = clip.control.narrow(2, 0, 1);
+      const at::Tensor v = network.forward(context, clip.latents, clip.timestep);
+      EXPECT_TRUE(near(v.narrow(2, 0, 1), first.run(network), 2e-5)) << branch;
+      EXPECT_EQ(v.narrow(2, 1, 2).abs().max().item<float>(), 0) << branch;
+    }
+}
+
+TEST_F(Transformer, ToKeepAllTokensGivesTheSameBits) {
+  const TinyModel model;
+  const WanTransformer network = model.open();
+  const TinyInputs in;
+  TransformerContext context = network.prepare(in.control, in.reference, in.text);
+  context.kept = at::arange(12);
+  EXPECT_TRUE(at::equal(network.forward(context, in.latents, in.timestep), in.run(network)));
+}
+
+TEST_F(Transformer, BlocksLeftOutKnowTheTokensThatAreKept) {
+  const TinyModel model;
+  const WanTransformer network = model.open();
+  const TinyInputs in;
+  TransformerContext context = network.prepare(in.control, in.reference, in.text);
+  context.kept = at::tensor({1, 4, 5, 9}, at::kLong);
+  TransformerHooks hooks;
+  hooks.skip_blocks = [](const at::Tensor& modulated) { return modulated.size(1) == 4; };
+  const at::Tensor first = network.forward(context, in.latents, in.timestep, hooks);
+  hooks.between = [](std::string_view, double) { FAIL() << "a block ran"; };
+  EXPECT_TRUE(near(network.forward(context, in.latents, in.timestep, hooks), first, 1e-5));
+}
+
+TEST_F(Transformer, KeptTokensMustBeOfTheClip) {
+  const TinyModel model;
+  const WanTransformer network = model.open();
+  const TinyInputs in;
+  for (const at::Tensor& kept : {at::arange(13), at::arange(-1, 4), at::arange(0), at::ones({3}), at::zeros({1, 1})}) {
+    TransformerContext context = network.prepare(in.control, in.reference, in.text);
+    context.kept = kept;
+    EXPECT_THROW(network.forward(context, in.latents, in.timestep), std::invalid_argument);
+  }
+}
+
 TEST_F(Transformer, TwoInABatchAreTheTwoAlone) {
   const TinyModel model;
   const WanTransformer network = model.open();
