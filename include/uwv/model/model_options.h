@@ -15,7 +15,9 @@ namespace uwv {
 
 /// How the linear layers' weights are held and multiplied; each is smaller than the one before.
 enum class WeightsForm {
-  automatic,    ///< f32 where it fits `memory_limit`, else the first that does. Never a form this CPU is slow in.
+  /// The first that fits `memory_limit`, but no form this CPU is slow in; and bf16 instead of f32 for a bfloat16
+  /// checkpoint where the CPU has units for it: the official code computes so.
+  automatic,
   f32,          ///< The exact answer.
   bf16_stored,  ///< Half the memory, multiplied in float32.
   bf16,         ///< Half the memory, multiplied in bfloat16: fast where the CPU has units for it.

@@ -2,6 +2,7 @@
 #include "model/diffusion/completion_setup.h"
 
 #include <algorithm>
+#include <map>
 
 #include "model/diffusion/conditioning.h"
 #include "model/sampling/scheduler_config.h"
@@ -27,15 +28,23 @@ void choose_sampler(CompletionSetup& setup, const ModelOptions& options) {
   setup.choices.push_back(fmt::format("sampler {} with shift {}: {}", to_string(sampler.kind), sampler.shift, why));
 }
 
+/// The type that holds most of a checkpoint's bytes.
+DType most_stored(const WeightFiles& files) {
+  std::map<DType, std::uint64_t> bytes;
+  for (const std::string& name : files.names())
+    bytes[files.info(name).dtype] += files.info(name).values() * size_of(files.info(name).dtype);
+  const auto largest =
+      std::max_element(bytes.begin(), bytes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return largest == bytes.end() ? DType::f32 : largest->first;
+}
+
 PassSize pass_size(const CompletionSetup& setup, const ModelOptions& options) {
   const std::int64_t tokens_a_latent = setup.job.clip.height / side_multiple * (setup.job.clip.width / side_multiple);
   PassSize pass;
   pass.tokens = tokens_a_latent * setup.windows.front().count;
   const bool refers = options.reference && setup.config.reference != ReferenceBranch::none;
   pass.reference_tokens = refers ? tokens_a_latent * reference_latents : 0;
-  const double stored = static_cast<double>(WeightFiles::open(setup.folder.transformer).bytes()) /
-                        static_cast<double>(std::max<std::int64_t>(1, setup.config.parameters()));
-  pass.stored_bytes = stored < 1.5 ? 1 : stored < 3 ? 2 : 4;
+  pass.stored = most_stored(WeightFiles::open(setup.folder.transformer));
   pass.branches = setup.denoise.guided(0) ? 2 : 1;
   pass.batch = options.cfg_batch ? pass.branches : 1;
   pass.branches *= static_cast<int>(setup.windows.size());

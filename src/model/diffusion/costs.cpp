@@ -11,7 +11,7 @@ PartCost transformer_cost(const TransformerConfig& config, const PassSize& pass,
   load.reference_tokens = pass.reference_tokens;
   load.batch = pass.batch;
   load.form = form;
-  load.stored_bytes = pass.stored_bytes;
+  load.stored_bytes = static_cast<int>(size_of(pass.stored));
   load.streamed = streamed;
   const auto blocks = static_cast<double>(config.layers) + static_cast<double>(config.vace_layers.size());
   const double floats = 4.0 * config.dim();

@@ -7,6 +7,7 @@
 #include "model/layers/linear_form.h"
 #include "model/transformer/transformer_config.h"
 #include "model/vae/vae_cost.h"
+#include "uwv/io/dtype.h"
 
 namespace uwv::model {
 
@@ -19,8 +20,8 @@ struct PartCost {
 struct PassSize {
   std::int64_t tokens = 0, text_tokens = 512, reference_tokens = 0;
   int batch = 1;
-  int stored_bytes = 2;  ///< Of a number in the checkpoint.
-  int branches = 2;      ///< Whose keys are kept from step to step.
+  DType stored = DType::bf16;  ///< Of most numbers in the checkpoint.
+  int branches = 2;            ///< Whose keys are kept from step to step.
   bool step_cache = false;
 };
 

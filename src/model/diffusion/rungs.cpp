@@ -50,11 +50,18 @@ struct Candidate {
   bool streamed;
 };
 
+/// bfloat16 weights multiplied in bfloat16: what the official code runs. float32 would take four times as long to tell
+/// apart what the checkpoint does not.
+bool is_official_run(const PassSize& pass, const ProcessorUnits& units) {
+  return pass.stored == DType::bf16 && units.bf16();
+}
+
 /// From exact and large to coarse and small, as far as the options leave it open.
-std::vector<Candidate> candidates(const ModelOptions& options) {
+std::vector<Candidate> candidates(const ModelOptions& options, const PassSize& pass) {
   const ProcessorUnits units = processor_units();
   std::vector<LinearForm> forms{LinearForm::f32, units.bf16() ? LinearForm::bf16 : LinearForm::bf16_stored,
                                 units.int8() ? LinearForm::int8 : LinearForm::int8_stored};
+  if (is_official_run(pass, units)) forms.erase(forms.begin());
   if (options.weights != WeightsForm::automatic) forms = {linear_form_of(options.weights)};
   std::vector<Candidate> all;
   for (const bool streamed : {false, true}) {
@@ -66,7 +73,7 @@ std::vector<Candidate> candidates(const ModelOptions& options) {
 
 void choose_transformer(Rungs& rungs, const ModelOptions& options, const TransformerConfig& config,
                         const PassSize& pass) {
-  const std::vector<Candidate> all = candidates(options);
+  const std::vector<Candidate> all = candidates(options, pass);
   const auto bytes = [&](const Candidate& c) { return transformer_cost(config, pass, c.form, c.streamed).bytes; };
   auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return bytes(c) <= rungs.limit; });
   if (chosen == all.end()) {
@@ -75,14 +82,19 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, const Transfo
       fail(ErrorCode::out_of_memory,
            "--memory-limit {}: the transformer needs {:.1f} GiB at least; take a smaller --size or --window-frames, {}",
            options.memory_limit, bytes(*chosen) / gib,
-           all.size() < 6 ? "or leave --weights and --stream to be chosen" : "or a higher limit");
+           options.weights != WeightsForm::automatic || options.stream != StreamChoice::automatic
+               ? "or leave --weights and --stream to be chosen"
+               : "or a higher limit");
   }
   rungs.form = chosen->form;
   rungs.streamed = chosen->streamed;
   if (all.size() > 1)
     rungs.reasons.push_back(
-        fmt::format("weights {}{}: {:.1f} GiB expected, {:.1f} allowed{}", to_string(rungs.form),
+        fmt::format("weights {}{}: {:.1f} GiB expected, {:.1f} allowed{}{}", to_string(rungs.form),
                     rungs.streamed ? ", read block by block" : "", bytes(*chosen) / gib, rungs.limit / gib,
+                    rungs.form == LinearForm::bf16 && is_official_run(pass, processor_units())
+                        ? "; the checkpoint is bfloat16 and so is the official run"
+                        : "",
                     chosen == all.begin()
                         ? ""
                         : fmt::format("; {} needs {:.1f}", to_string(all.front().form), bytes(all.front()) / gib)));
