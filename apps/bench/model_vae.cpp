@@ -14,11 +14,13 @@
 namespace uwv::bench {
 namespace {
 
-/// "f32", "bf16", "auto", each perhaps with "/N" for N bands of rows.
+/// "f32", "bf16", "auto", each perhaps with "/N" for N bands of rows; "direct" is f32 without Winograd's convolutions.
 model::VaeOptions options_of(const std::string& form) {
   const auto slash = form.find('/');
   model::VaeOptions options;
-  options.precision = model::vae_precision(form.substr(0, slash));
+  const std::string name = form.substr(0, slash);
+  options.winograd = name != "direct";
+  options.precision = options.winograd ? model::vae_precision(name) : model::VaePrecision::f32;
   if (slash != std::string::npos) options.bands = std::stoi(form.substr(slash + 1));
   return options;
 }

@@ -13,16 +13,23 @@
 
 namespace uwv::model {
 
+/// In what numbers convolutions work, and how.
+struct VaeArithmetic {
+  at::ScalarType type = at::kFloat;
+  bool winograd = true;  ///< See winograd_conv.h; for float32 kernels of 3x3 where it pays.
+};
+
 /// (H, W, C) -> (H', W', O), contiguous, in the type of the weight.
 class FrameConv {
  public:
   enum class Edge {
-    same,    ///< Zeros all around, so that the size stays.
-    halved,  ///< Stride 2 without zeros: (H - 3) / 2 + 1.
+    same,     ///< Zeros all around, so that the size stays.
+    halved,   ///< Stride 2 without zeros: (H - 3) / 2 + 1.
+    doubled,  ///< As `same`, of the frame at twice its size, each pixel 2x2.
   };
   FrameConv() = default;
   /// `weight` is (O, C, k, k), `bias` (O) or undefined.
-  FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge);
+  FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge, bool winograd = true);
 
   /// C.
   std::int64_t channels() const { return weight_.size(1); }
@@ -30,9 +37,15 @@ class FrameConv {
   /// sum += what operator() gives, without a frame in between where the library can.
   void add_to(at::Tensor& sum, const at::Tensor& frame) const;
 
+  /// Whether a result of `pixels` pixels is made by winograd::convolve().
+  bool by_winograd(std::int64_t pixels) const;
+  const at::Tensor& weight() const { return weight_; }
+  const at::Tensor& bias() const { return bias_; }
+
  private:
   at::Tensor weight_, bias_;
   Edge edge_ = Edge::same;
+  bool winograd_ = true;
 };
 
 /// Sheet model.md, 7: a kernel of (3, k, k) that sees the current frame and the two before.
@@ -40,13 +53,16 @@ class CausalConv {
  public:
   CausalConv() = default;
   /// Reads prefix + ".weight" (O, C, 3, k, k) and ".bias" (O).
-  CausalConv(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  CausalConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
 
   /// The answer for the newest frame of `history`, of which it keeps the newest two.
   at::Tensor operator()(FrameHistory& history, FramePool& pool) const;
   void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool) const;
 
  private:
+  /// By Winograd, all frames at once.
+  void convolve(at::Tensor& sum, const FrameHistory& history, bool add) const;
+
   FrameConv taps_[3];  ///< By how many frames back; the bias is with the newest.
 };
 
@@ -55,7 +71,7 @@ class PixelConv {
  public:
   PixelConv() = default;
   /// Reads prefix + ".weight" (O, C, 1, 1) or (O, C, 1, 1, 1) and ".bias" (O).
-  PixelConv(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  PixelConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
 
   /// (..., C) -> (..., O).
   at::Tensor operator()(const at::Tensor& frame) const;

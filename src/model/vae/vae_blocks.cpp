@@ -15,12 +15,12 @@ void remember(const RmsNorm& norm, const at::Tensor& frame, FrameHistory& histor
 
 }  // namespace
 
-ResBlock::ResBlock(const WeightFiles& weights, const std::string& prefix, at::ScalarType type)
+ResBlock::ResBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
     : norm1_(weights, prefix + ".norm1"),
       norm2_(weights, prefix + ".norm2"),
-      conv1_(weights, prefix + ".conv1", type),
-      conv2_(weights, prefix + ".conv2", type) {
-  if (weights.has(prefix + ".conv_shortcut.weight")) shortcut_.emplace(weights, prefix + ".conv_shortcut", type);
+      conv1_(weights, prefix + ".conv1", how),
+      conv2_(weights, prefix + ".conv2", how) {
+  if (weights.has(prefix + ".conv_shortcut.weight")) shortcut_.emplace(weights, prefix + ".conv_shortcut", how);
 }
 
 at::Tensor ResBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass) const {
@@ -35,10 +35,10 @@ at::Tensor ResBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass)
   return sum;
 }
 
-FrameAttention::FrameAttention(const WeightFiles& weights, const std::string& prefix, at::ScalarType type)
+FrameAttention::FrameAttention(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
     : norm_(weights, prefix + ".norm"),
-      to_qkv_(weights, prefix + ".to_qkv", type),
-      proj_(weights, prefix + ".proj", type) {}
+      to_qkv_(weights, prefix + ".to_qkv", how),
+      proj_(weights, prefix + ".proj", how) {}
 
 at::Tensor FrameAttention::operator()(at::Tensor frame, VaePass& pass) const {
   pass.between();
@@ -51,10 +51,10 @@ at::Tensor FrameAttention::operator()(at::Tensor frame, VaePass& pass) const {
   return frame.add_(proj_(seen).view_as(frame));
 }
 
-MidBlock::MidBlock(const WeightFiles& weights, const std::string& prefix, at::ScalarType type)
-    : first_(weights, prefix + ".resnets.0", type),
-      attention_(weights, prefix + ".attentions.0", type),
-      second_(weights, prefix + ".resnets.1", type) {}
+MidBlock::MidBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
+    : first_(weights, prefix + ".resnets.0", how),
+      attention_(weights, prefix + ".attentions.0", how),
+      second_(weights, prefix + ".resnets.1", how) {}
 
 at::Tensor MidBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass) const {
   frame = first_(std::move(frame), memory.first, pass);
@@ -62,8 +62,8 @@ at::Tensor MidBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass)
   return second_(std::move(frame), memory.second, pass);
 }
 
-VaeHead::VaeHead(const WeightFiles& weights, const std::string& prefix, at::ScalarType type)
-    : norm_(weights, prefix + ".norm_out"), conv_(weights, prefix + ".conv_out", type) {}
+VaeHead::VaeHead(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
+    : norm_(weights, prefix + ".norm_out"), conv_(weights, prefix + ".conv_out", how) {}
 
 at::Tensor VaeHead::operator()(const at::Tensor& frame, FrameHistory& memory, VaePass& pass) const {
   remember(norm_, frame, memory, pass.pool);

@@ -24,7 +24,7 @@ class ResBlock {
   struct Memory {
     FrameHistory first, second;
   };
-  ResBlock(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  ResBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
   /// May write into `frame`.
   at::Tensor operator()(at::Tensor frame, Memory& memory, VaePass& pass) const;
 
@@ -37,7 +37,7 @@ class ResBlock {
 /// Attention of each pixel of a frame to all others, one head.
 class FrameAttention {
  public:
-  FrameAttention(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  FrameAttention(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
   at::Tensor operator()(at::Tensor frame, VaePass& pass) const;
 
  private:
@@ -50,7 +50,7 @@ class MidBlock {
   struct Memory {
     ResBlock::Memory first, second;
   };
-  MidBlock(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  MidBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
   at::Tensor operator()(at::Tensor frame, Memory& memory, VaePass& pass) const;
 
  private:
@@ -62,7 +62,7 @@ class MidBlock {
 /// norm, SiLU, conv: the end of both.
 class VaeHead {
  public:
-  VaeHead(const WeightFiles& weights, const std::string& prefix, at::ScalarType type);
+  VaeHead(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
   at::Tensor operator()(const at::Tensor& frame, FrameHistory& memory, VaePass& pass) const;
 
  private:

@@ -129,6 +129,14 @@ ClipSize piece_of(const ClipSize& size, const VaeOptions& options) {
           std::min<std::int64_t>(size.width, options.tile)};
 }
 
+/// Weights as Winograd's convolution transforms them, of the widest one.
+double transformed_bytes(const VaeConfig& config, const VaeOptions& options) {
+  if (!options.winograd || resolved(options.precision) == VaePrecision::bf16) return 0;
+  const std::int64_t most = *std::max_element(config.dim_mult.begin(), config.dim_mult.end());
+  const double channels = static_cast<double>(std::max(config.base_dim, config.decoder_base_dim) * most);
+  return 4.0 * 36 * 3 * channels * channels;
+}
+
 double bytes_a_number(const VaeOptions& options) { return resolved(options.precision) == VaePrecision::bf16 ? 2 : 4; }
 
 /// Of each band of a piece.
@@ -163,7 +171,8 @@ double estimated_peak_bytes(const VaeConfig& config, const ClipSize& size, const
   const double waiting_share = tiled ? 1 : (count - 1) / count;
   const double number = bytes_a_number(options);
   const double waiting = waiting_share * (way == VaeWay::decode ? 4 * clip : number * features);
-  return library_bytes + number * (weight_numbers(config, way) + working) + waiting;
+  return library_bytes + number * (weight_numbers(config, way) + working) + waiting +
+         transformed_bytes(config, options);
 }
 
 double estimated_flops(const VaeConfig& config, const ClipSize& size, const VaeOptions& options, VaeWay way) {

@@ -24,6 +24,9 @@ struct VaeOptions {
   /// Costs the rows that are computed twice, and all but the last band's finished rows wait in memory. 1 = one piece.
   /// More bands than a picture has rows of latents are not made.
   int bands = 1;
+  /// Convolutions of 3x3 in float32 by Winograd's way (winograd_conv.h): a quarter of the products, four times the
+  /// rounding, which is still far below what tells two implementations apart. Off to compare with.
+  bool winograd = true;
 
   /// Pixels of the side of square tiles, 0 = none; and from one tile to the next, 0 = three quarters of a tile. See
   /// vae_tiles.h: for pictures so large that the attention over all of a frame's latents is what takes the time. Each

@@ -20,7 +20,7 @@ using VaeProbe = std::function<void(std::string_view part, const at::Tensor& fra
 
 class WanDecoder {
  public:
-  WanDecoder(const WeightFiles& weights, const VaeConfig& config, at::ScalarType type);
+  WanDecoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how);
 
   /// One pass through a clip.
   class Pass {
@@ -59,7 +59,7 @@ class WanDecoder {
   };
 
   VaeConfig config_;
-  at::ScalarType type_;
+  VaeArithmetic how_;
   PixelConv post_quant_;
   CausalConv conv_in_;
   MidBlock mid_;

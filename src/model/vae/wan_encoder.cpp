@@ -6,26 +6,27 @@
 
 namespace uwv::model {
 
-WanEncoder::WanEncoder(const WeightFiles& weights, const VaeConfig& config, at::ScalarType type)
+WanEncoder::WanEncoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how)
     : config_(config),
-      type_(type),
-      conv_in_(weights, "encoder.conv_in", type),
-      mid_(weights, "encoder.mid_block", type),
-      head_(weights, "encoder", type),
-      quant_(weights, "quant_conv", type) {
+      how_(how),
+      conv_in_(weights, "encoder.conv_in", how),
+      mid_(weights, "encoder.mid_block", how),
+      head_(weights, "encoder", how),
+      quant_(weights, "quant_conv", how) {
   // The checkpoint numbers blocks and what halves the picture between them in one list.
   int number = 0;
   const auto next = [&] { return fmt::format("encoder.down_blocks.{}", number++); };
   for (std::size_t i = 0; i < config.levels(); ++i) {
     Level& level = levels_.emplace_back();
     for (std::int64_t block = 0; block < config.num_res_blocks; ++block)
-      level.blocks.emplace_back(weights, next(), type);
+      level.blocks.emplace_back(weights, next(), how);
     if (i + 1 == config.levels()) break;
     const std::string prefix = next();
-    level.resample = FrameConv(weights.load(prefix + ".resample.1.weight", type),
-                               weights.load(prefix + ".resample.1.bias", type), FrameConv::Edge::halved);
+    level.resample =
+        FrameConv(weights.load(prefix + ".resample.1.weight", how.type),
+                  weights.load(prefix + ".resample.1.bias", how.type), FrameConv::Edge::halved, how.winograd);
     level.halves_frames = config.temperal_downsample[i];
-    if (level.halves_frames) level.halving = CausalConv(weights, prefix + ".time_conv", type);
+    if (level.halves_frames) level.halving = CausalConv(weights, prefix + ".time_conv", how);
   }
 }
 
@@ -33,7 +34,7 @@ WanEncoder::Pass::Pass(const WanEncoder& encoder, std::int64_t latent_height, Ro
                        VaeProbe probe)
     : encoder_(encoder),
       rows_(encoder_rows(encoder.config_, latent_height, rows)),
-      pass_{FramePool(encoder.type_), std::move(between)},
+      pass_{FramePool(encoder.how_.type), std::move(between)},
       probe_(std::move(probe)),
       levels_(encoder.levels_.size()) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(encoder.levels_[i].blocks.size());
@@ -81,7 +82,7 @@ std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, cons
 }
 
 WanEncoder::Ending::Ending(const WanEncoder& encoder, std::function<void()> between, VaeProbe probe)
-    : encoder_(encoder), pass_{FramePool(encoder.type_), std::move(between)}, probe_(std::move(probe)) {}
+    : encoder_(encoder), pass_{FramePool(encoder.how_.type), std::move(between)}, probe_(std::move(probe)) {}
 
 at::Tensor WanEncoder::Ending::push(at::Tensor features) {
   const at::Tensor frame = encoder_.mid_(std::move(features), mid_, pass_);

@@ -15,7 +15,7 @@ namespace uwv::model {
 
 class WanEncoder {
  public:
-  WanEncoder(const WeightFiles& weights, const VaeConfig& config, at::ScalarType type);
+  WanEncoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how);
 
   /// The levels: all that looks at neighbouring pixels only, so that bands of rows can go one after the other.
   class Pass {
@@ -70,7 +70,7 @@ class WanEncoder {
   };
 
   VaeConfig config_;
-  at::ScalarType type_;
+  VaeArithmetic how_;
   CausalConv conv_in_;
   std::vector<Level> levels_;
   MidBlock mid_;

@@ -75,7 +75,9 @@ TileGrid WanVae::tiles(std::int64_t latent_height, std::int64_t latent_width, st
   return {latent_height, latent_width, options_.tile / factor, options_.stride() / factor, scale};
 }
 
-at::ScalarType WanVae::type() const { return options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat; }
+VaeArithmetic WanVae::arithmetic() const {
+  return {options_.precision == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat, options_.winograd};
+}
 
 at::Tensor WanVae::encode(const at::Tensor& video, Monitor& monitor, const VaeProbe& probe) const {
   if (video.dim() != 5 || video.size(0) != 1 || video.size(1) != 3)
@@ -115,7 +117,7 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
   long done = 0;
   const auto between = stopper(monitor, encode_stage, done, total);
 
-  const WanEncoder encoder(weights_, config_, type());
+  const WanEncoder encoder(weights_, config_, arithmetic());
   WanEncoder::Ending ending(encoder, between, probe);
   std::vector<at::Tensor> latents;
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(config_.latent_frames(frames)));
@@ -179,7 +181,7 @@ void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monit
   const long total = static_cast<long>(bands.size()) * config_.frames_of(latent_frames);
   long done = 0;
 
-  const WanDecoder decoder(weights_, config_, type());
+  const WanDecoder decoder(weights_, config_, arithmetic());
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(latent_frames));
   for (const Rows band : bands) {
     WanDecoder::Pass pass(decoder, latents.size(3), band, stopper(monitor, decode_stage, done, total), probe);

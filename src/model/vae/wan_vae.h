@@ -49,7 +49,7 @@ class WanVae {
 
  private:
   WanVae(VaeConfig config, WeightFiles weights, const VaeOptions& options);
-  at::ScalarType type() const;
+  VaeArithmetic arithmetic() const;
   TileGrid tiles(std::int64_t latent_height, std::int64_t latent_width, std::int64_t scale) const;
   at::Tensor encode_piece(const ClipSource& source, std::int64_t frames, std::int64_t height, Monitor& monitor,
                           const VaeProbe& probe) const;

@@ -8,7 +8,9 @@
 
 #include "model/layers/torch_scope.h"
 #include "model/tensor_support.h"
+#include "model/vae/vae_shapes.h"
 #include "support/matchers.h"
+#include "support/temp_folder.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -99,9 +101,47 @@ TEST(WanVaeParity, BandsChangeNothing) {
       const WeightFiles golden = WeightFiles::open(path);
       const at::Tensor latents = vae.encode(golden.view("video"), monitor);
       EXPECT_TRUE(near(latents, golden.view("latents_normalised"), latents_tolerance));
-      EXPECT_TRUE(near(vae.decode(normalised_input(golden, vae.config()), monitor), golden.view("decoded"), decoded_tolerance));
+      EXPECT_TRUE(
+          near(vae.decode(normalised_input(golden, vae.config()), monitor), golden.view("decoded"), decoded_tolerance));
     }
   }
+}
+
+/// A network wide enough for Winograd's convolutions, with random weights.
+void write_random_vae(const std::string& folder, std::int64_t base_dim) {
+  VaeConfig config = VaeConfig::read(fixture_folder("vae") + "/config.json");
+  config.base_dim = config.decoder_base_dim = base_dim;
+  nlohmann::json file = nlohmann::json::parse(std::ifstream(fixture_folder("vae") + "/config.json"));
+  file["base_dim"] = base_dim;
+  uwv::testing::write_text(folder + "/config.json", file.dump());
+  std::map<std::string, at::Tensor> tensors;
+  for (const auto& [name, shape] : vae_shapes(config)) {
+    std::int64_t read = 1;
+    for (std::size_t i = 1; i < shape.size(); ++i) read *= shape[i];
+    tensors[name] = name.ends_with("gamma")
+                        ? at::ones(shape)
+                        : at::randn(shape) / std::sqrt(static_cast<double>(shape.size() < 2 ? 100 : read));
+  }
+  uwv::testing::write_safetensors(folder + "/diffusion_pytorch_model.safetensors", tensors);
+}
+
+TEST(WanVae, WinogradsConvolutionsGiveTheFramesOfPlainSums) {
+  const TorchScope scope(1);
+  at::manual_seed(4);
+  const test::TempFolder folder;
+  write_random_vae(folder.path().string(), 16);
+  const at::Tensor video = at::rand({1, 3, 5, 48, 72}) * 2 - 1;
+  Monitor monitor;
+  VaeOptions options;
+  const WanVae fast = WanVae::open(folder.path().string(), options);
+  options.winograd = false;
+  const WanVae plain = WanVae::open(folder.path().string(), options);
+  const at::Tensor latents = plain.encode(video, monitor), frames = plain.decode(latents, monitor);
+  const at::Tensor fast_latents = fast.encode(video, monitor), fast_frames = fast.decode(latents, monitor);
+  EXPECT_TRUE(near(fast_latents, latents, latents_tolerance));
+  EXPECT_TRUE(near(fast_frames, frames, decoded_tolerance));
+  EXPECT_FALSE(at::equal(fast_latents, latents));
+  EXPECT_FALSE(at::equal(fast_frames, frames));
 }
 
 }  // namespace
