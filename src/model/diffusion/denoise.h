@@ -42,7 +42,8 @@ struct DenoiseOptions {
 struct DenoiseWindow {
   Window place;
   std::unique_ptr<WindowModel> model;
-  at::Tensor left_out;  ///< (1, 1, frames, rows, columns), true where latents end at `known` too; undefined = nowhere.
+  /// (1, 1, frames, rows, columns), true where latents end at `known` too; undefined = nowhere.
+  at::Tensor left_out{};
 };
 
 /// After each step: the latents, and the clip they point to, without noise. May throw to stop.

@@ -24,7 +24,7 @@ struct WindowInputs {
   at::Tensor control, reference;  ///< Either may be undefined.
   at::Tensor positive, negative;  ///< Texts (1, tokens, width); negative undefined without guidance.
   at::Tensor control_scale;       ///< One factor a VACE block; undefined for ones.
-  at::Tensor kept;                ///< Tokens that take part, see TransformerContext; undefined for all.
+  at::Tensor kept{};              ///< Tokens that take part, see TransformerContext; undefined for all.
 };
 
 class WindowNetwork : public WindowModel {
