@@ -9,6 +9,7 @@
 #include "bench/peak_memory.h"
 #include "bench/timing.h"
 #include "model/layers/torch_scope.h"
+#include "model/vae/vae_cost.h"
 #include "model/vae/wan_vae.h"
 
 namespace uwv::bench {
@@ -65,7 +66,7 @@ std::vector<Table> time_vae(const ModelBenchOptions& options) {
   const at::Tensor video = at::rand({1, 3, options.frames, options.height, options.width}, generator) * 2 - 1;
 
   Table table("autoencoder", {"way", "form/bands", "frames", "s_per_frame", "cpu_s_per_frame", "peak_gb",
-                              "largest_difference", "psnr"});
+                              "estimated_gb", "largest_difference", "psnr"});
   for (const bool encodes : {false, true}) {
     if (std::find(options.ways.begin(), options.ways.end(), encodes ? "encode" : "decode") == options.ways.end())
       continue;
@@ -73,8 +74,11 @@ std::vector<Table> time_vae(const ModelBenchOptions& options) {
     for (const std::string& form : options.forms) {
       const Measured measured = measure(folder, form, encodes ? video : latents, encodes);
       if (!exact.defined()) exact = measured.answer;
+      const double estimated =
+          model::estimated_peak_bytes(config, {options.frames, options.height, options.width}, options_of(form),
+                                      encodes ? model::VaeWay::encode : model::VaeWay::decode);
       table.add({encodes ? "encode" : "decode", form, options.frames, measured.seconds / options.frames,
-                 measured.processor_seconds / options.frames, measured.peak_bytes / 1e9,
+                 measured.processor_seconds / options.frames, measured.peak_bytes / 1e9, estimated / 1e9,
                  largest_difference(measured.answer, exact), figure(psnr(measured.answer, exact))});
     }
   }

@@ -4,7 +4,6 @@
 #include <ATen/ATen.h>
 
 #include "model/vae/frame_doubling.h"
-#include "model/vae/fused_conv.h"
 #include "model/vae/winograd_conv.h"
 
 namespace uwv::model {
@@ -23,23 +22,44 @@ FrameConv::FrameConv(const at::Tensor& weight, const at::Tensor& bias, Edge edge
 
 bool FrameConv::by_winograd(std::int64_t pixels) const { return winograd_ && winograd::pays(pixels); }
 
-at::Tensor FrameConv::operator()(const at::Tensor& frame) const {
-  const std::int64_t scale = edge_ == Edge::doubled ? 2 : 1, height = scale * frame.size(0),
-                     width = scale * frame.size(1);
-  if (by_winograd(height * width)) {
-    at::Tensor result = at::empty({height, width, weight_.size(0)}, frame.options());
-    winograd::convolve(result, {{frame.contiguous(), weight_}}, bias_, false, edge_ == Edge::doubled);
-    return result;
-  }
-  if (edge_ == Edge::doubled) return as_frame(fused_conv::run(as_picture(doubled(frame)), weight_, bias_, 1, 1));
-  if (edge_ == Edge::halved) return as_frame(fused_conv::run(as_picture(frame), weight_, bias_, 0, 2));
-  return as_frame(fused_conv::run(as_picture(frame), weight_, bias_, weight_.size(2) / 2, 1));
+fused_conv::Steps FrameConv::steps(RowEdge rows) const {
+  if (edge_ == Edge::halved) return {0, 0, 2};
+  const std::int64_t around = weight_.size(2) / 2;
+  return {rows == RowEdge::zeros ? around : 0, around, 1};
 }
 
-void FrameConv::add_to(at::Tensor& sum, const at::Tensor& frame) const {
+at::Tensor FrameConv::operator()(const at::Tensor& frame, RowEdge rows) const {
+  if (edge_ == Edge::doubled) return doubled_band(frame, 0, 2 * frame.size(0));
+  const std::int64_t height = frame.size(0) - (rows == RowEdge::carried ? 2 : 0);
+  if (by_winograd(height * frame.size(1))) {
+    at::Tensor result = at::empty({height, frame.size(1), results()}, frame.options());
+    winograd::convolve(result, {{frame.contiguous(), weight_}}, bias_, false, false, rows == RowEdge::carried ? 1 : 0);
+    return result;
+  }
+  return as_frame(fused_conv::run(as_picture(frame), weight_, bias_, steps(rows)));
+}
+
+at::Tensor FrameConv::doubled_band(const at::Tensor& frame, std::int64_t above, std::int64_t results) const {
+  const std::int64_t width = 2 * frame.size(1), rows = 2 * frame.size(0);
+  if (by_winograd(results * width)) {
+    at::Tensor result = at::empty({results, width, weight_.size(0)}, frame.options());
+    winograd::convolve(result, {{frame.contiguous(), weight_}}, bias_, false, true, above);
+    return result;
+  }
+  if (above == 0 && results == rows)
+    return as_frame(fused_conv::run(as_picture(doubled(frame)), weight_, bias_, {1, 1, 1}));
+  // Rows of zeros where the frame ends but the result's surroundings do not.
+  const std::int64_t zeros_above = 1 - above, zeros_below = results + 2 - rows - zeros_above;
+  const at::Tensor large = at::empty({zeros_above + rows + zeros_below, width, frame.size(2)}, frame.options());
+  if (zeros_above > 0) large.narrow(0, 0, zeros_above).zero_();
+  if (zeros_below > 0) large.narrow(0, zeros_above + rows, zeros_below).zero_();
+  double_into(frame, large.narrow(0, zeros_above, rows));
+  return as_frame(fused_conv::run(as_picture(large), weight_, bias_, {0, 1, 1}));
+}
+
+void FrameConv::add_to(at::Tensor& sum, const at::Tensor& frame, RowEdge rows) const {
   at::Tensor picture = as_picture(sum);
-  const bool same = edge_ == Edge::same;
-  fused_conv::add(picture, as_picture(frame), weight_, bias_, same ? weight_.size(2) / 2 : 0, same ? 1 : 2);
+  fused_conv::add(picture, as_picture(frame), weight_, bias_, steps(rows));
 }
 
 CausalConv::CausalConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how) {
@@ -51,32 +71,33 @@ CausalConv::CausalConv(const WeightFiles& weights, const std::string& prefix, co
   weights.release(prefix + ".weight");
 }
 
-void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, bool add) const {
+void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const {
   std::vector<winograd::Term> terms;
   for (std::size_t back = 0; back < history.size(); ++back)
     terms.push_back({history.frame(back), taps_[back].weight()});
-  winograd::convolve(sum, terms, taps_[0].bias(), add);
+  winograd::convolve(sum, terms, taps_[0].bias(), add, false, rows == RowEdge::carried ? 1 : 0);
 }
 
-at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool) const {
+at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool, RowEdge rows) const {
   const at::Tensor& newest = history.frame(0);
-  if (taps_[0].by_winograd(newest.size(0) * newest.size(1))) {
-    at::Tensor sum = at::empty({newest.size(0), newest.size(1), taps_[0].weight().size(0)}, newest.options());
-    convolve(sum, history, false);
+  const std::int64_t height = newest.size(0) - (rows == RowEdge::carried && taps_[0].weight().size(2) == 3 ? 2 : 0);
+  if (taps_[0].by_winograd(height * newest.size(1))) {
+    at::Tensor sum = at::empty({height, newest.size(1), results()}, newest.options());
+    convolve(sum, history, false, rows);
     history.keep(2, pool);
     return sum;
   }
-  at::Tensor sum = taps_[0](history.frame(0));
-  for (std::size_t back = 1; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back));
+  at::Tensor sum = taps_[0](newest, rows);
+  for (std::size_t back = 1; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back), rows);
   history.keep(2, pool);
   return sum;
 }
 
-void CausalConv::add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool) const {
+void CausalConv::add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows) const {
   if (sum.is_contiguous() && taps_[0].by_winograd(sum.size(0) * sum.size(1)))
-    convolve(sum, history, true);
+    convolve(sum, history, true, rows);
   else
-    for (std::size_t back = 0; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back));
+    for (std::size_t back = 0; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back), rows);
   history.keep(2, pool);
 }
 

@@ -9,6 +9,7 @@
 #include <ATen/core/Tensor.h>
 
 #include "model/vae/frame_pool.h"
+#include "model/vae/fused_conv.h"
 #include "model/weights/weight_files.h"
 
 namespace uwv::model {
@@ -17,6 +18,12 @@ namespace uwv::model {
 struct VaeArithmetic {
   at::ScalarType type = at::kFloat;
   bool winograd = true;  ///< See winograd_conv.h; for float32 kernels of 3x3 where it pays.
+};
+
+/// What lies above a frame's first row and below its last one.
+enum class RowEdge {
+  zeros,    ///< The picture's end.
+  carried,  ///< Nothing: the frame brings the rows around those of the answer, one above and one below.
 };
 
 /// (H, W, C) -> (H', W', O), contiguous, in the type of the weight.
@@ -33,9 +40,14 @@ class FrameConv {
 
   /// C.
   std::int64_t channels() const { return weight_.size(1); }
-  at::Tensor operator()(const at::Tensor& frame) const;
+  /// O.
+  std::int64_t results() const { return weight_.size(0); }
+  at::Tensor operator()(const at::Tensor& frame, RowEdge rows = RowEdge::zeros) const;
+  /// Of Edge::doubled, for a band: `results` rows, the first of which looks at row `above` - 1 of the doubled frame
+  /// (0 or 1; none of -1 and beyond the last: zeros).
+  at::Tensor doubled_band(const at::Tensor& frame, std::int64_t above, std::int64_t results) const;
   /// sum += what operator() gives, without a frame in between where the library can.
-  void add_to(at::Tensor& sum, const at::Tensor& frame) const;
+  void add_to(at::Tensor& sum, const at::Tensor& frame, RowEdge rows = RowEdge::zeros) const;
 
   /// Whether a result of `pixels` pixels is made by winograd::convolve().
   bool by_winograd(std::int64_t pixels) const;
@@ -43,6 +55,8 @@ class FrameConv {
   const at::Tensor& bias() const { return bias_; }
 
  private:
+  fused_conv::Steps steps(RowEdge rows) const;
+
   at::Tensor weight_, bias_;
   Edge edge_ = Edge::same;
   bool winograd_ = true;
@@ -55,13 +69,14 @@ class CausalConv {
   /// Reads prefix + ".weight" (O, C, 3, k, k) and ".bias" (O).
   CausalConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
 
+  std::int64_t results() const { return taps_[0].results(); }
   /// The answer for the newest frame of `history`, of which it keeps the newest two.
-  at::Tensor operator()(FrameHistory& history, FramePool& pool) const;
-  void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool) const;
+  at::Tensor operator()(FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
+  void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
 
  private:
   /// By Winograd, all frames at once.
-  void convolve(at::Tensor& sum, const FrameHistory& history, bool add) const;
+  void convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const;
 
   FrameConv taps_[3];  ///< By how many frames back; the bias is with the newest.
 };

@@ -14,6 +14,7 @@ namespace uwv::model {
 class FramePool {
  public:
   explicit FramePool(at::ScalarType type) : type_(type) {}
+  at::ScalarType type() const { return type_; }
   at::Tensor take(std::int64_t height, std::int64_t width, std::int64_t channels);
   /// One with the numbers of `frame`, whatever their type.
   at::Tensor copy_of(const at::Tensor& frame);

@@ -55,10 +55,11 @@ const Operators& operators() {
   return found;
 }
 
-at::Tensor plain_conv(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
-                      std::int64_t stride) {
+at::Tensor plain_conv(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps) {
   const auto widened = [](const at::Tensor& t) { return t.defined() ? t.to(at::kFloat) : t; };
-  return at::conv2d(widened(x), widened(weight), widened(bias), stride, padding).to(x.scalar_type());
+  return at::conv2d(widened(x), widened(weight), widened(bias), {steps.stride, steps.stride},
+                    {steps.rows, steps.columns})
+      .to(x.scalar_type());
 }
 
 std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
@@ -67,21 +68,19 @@ std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
 
 }  // namespace
 
-at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
-               std::int64_t stride) {
-  if (!operators().take(x.scalar_type())) return plain_conv(x, weight, bias, padding, stride);
-  return operators().run->call(x, weight, maybe(bias), {padding, padding}, {stride, stride}, {1, 1}, 1, "none",
-                               c10::List<MaybeScalar>(), std::nullopt);
+at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps) {
+  if (!operators().take(x.scalar_type())) return plain_conv(x, weight, bias, steps);
+  return operators().run->call(x, weight, maybe(bias), {steps.rows, steps.columns}, {steps.stride, steps.stride},
+                               {1, 1}, 1, "none", c10::List<MaybeScalar>(), std::nullopt);
 }
 
-void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
-         std::int64_t stride) {
+void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps) {
   if (!operators().take(x.scalar_type())) {
-    sum.add_(plain_conv(x, weight, bias, padding, stride));
+    sum.add_(plain_conv(x, weight, bias, steps));
     return;
   }
-  operators().add->call(sum, x, weight, maybe(bias), {padding, padding}, {stride, stride}, {1, 1}, 1, "add",
-                        std::nullopt, std::nullopt, c10::List<MaybeScalar>(), std::nullopt);
+  operators().add->call(sum, x, weight, maybe(bias), {steps.rows, steps.columns}, {steps.stride, steps.stride}, {1, 1},
+                        1, "add", std::nullopt, std::nullopt, c10::List<MaybeScalar>(), std::nullopt);
 }
 
 }  // namespace uwv::model::fused_conv

@@ -8,12 +8,15 @@
 
 namespace uwv::model::fused_conv {
 
-/// Zeros all around: `padding` on each side. `weight` (O, C, k, k), channels last.
-/// x (1, C, H, W), channels last -> (1, O, H', W'), channels last. `bias` (O) or undefined.
-at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
-               std::int64_t stride);
+/// Rows of zeros above and below, columns of zeros left and right, and the stride both ways.
+struct Steps {
+  std::int64_t rows = 0, columns = 0, stride = 1;
+};
+
+/// `weight` (O, C, k, k), channels last. x (1, C, H, W), channels last -> (1, O, H', W'), channels last. `bias` (O) or
+/// undefined.
+at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps);
 /// sum += run(x, ...); sum (1, O, H', W'), channels last.
-void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, std::int64_t padding,
-         std::int64_t stride);
+void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps);
 
 }  // namespace uwv::model::fused_conv

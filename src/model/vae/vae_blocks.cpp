@@ -7,13 +7,47 @@ namespace uwv::model {
 namespace {
 
 /// What the next convolution reads: the frame, normed and through SiLU, as the newest of its history.
-void remember(const RmsNorm& norm, const at::Tensor& frame, FrameHistory& history, FramePool& pool) {
-  at::Tensor newest = pool.take(frame.size(0), frame.size(1), frame.size(2));
-  norm.with_silu(frame, newest);
-  history.push(std::move(newest));
+void remember(const RmsNorm& norm, const at::Tensor& frame, ConvMemory& memory, VaePass& pass) {
+  BorderedFrame newest =
+      bordered_frame(pass.pool, pass.place, memory.step, frame.size(0), frame.size(1), frame.size(2));
+  norm.with_silu(frame, newest.inside);
+  memory.frames.push(std::move(newest.frame));
+}
+
+/// The convolution of what `all` has at hand, normed.
+at::Tensor convolved(const RmsNorm& norm, const CausalConv& conv, const at::Tensor& all, ConvMemory& memory,
+                     VaePass& pass) {
+  const BandStep& step = memory.step;
+  if (step.made.count() == 0) return no_rows(all, all.size(1), conv.results());
+  remember(norm, rows_of(all, step.all.begin, step.read), memory, pass);
+  return conv(memory.frames, pass.pool, pass.row_edge());
 }
 
 }  // namespace
+
+void VaePass::enter(const BandPlace& band) {
+  pool = FramePool(pool.type());
+  place = band;
+}
+
+BorderedFrame bordered_frame(FramePool& pool, const BandPlace& place, const BandStep& step, std::int64_t rows,
+                             std::int64_t width, std::int64_t channels) {
+  const std::int64_t above = !place.whole() && step.at_top ? 1 : 0, below = !place.whole() && step.at_bottom ? 1 : 0;
+  at::Tensor frame = pool.take(above + rows + below, width, channels);
+  if (above > 0) frame.narrow(0, 0, 1).zero_();
+  if (below > 0) frame.narrow(0, above + rows, 1).zero_();
+  return {frame, frame.narrow(0, above, rows)};
+}
+
+at::Tensor no_rows(const at::Tensor& like, std::int64_t width, std::int64_t channels) {
+  return at::empty({0, width, channels}, like.options());
+}
+
+void ResBlock::Memory::enter(std::int64_t height, BandLines& lines) {
+  const BlockStep step = block_step(height, lines);
+  first.enter(step.first);
+  second.enter(step.second);
+}
 
 ResBlock::ResBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
     : norm1_(weights, prefix + ".norm1"),
@@ -25,13 +59,18 @@ ResBlock::ResBlock(const WeightFiles& weights, const std::string& prefix, const 
 
 at::Tensor ResBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass) const {
   pass.between();
-  remember(norm1_, frame, memory.first, pass.pool);
-  at::Tensor inner = conv1_(memory.first, pass.pool);
-  remember(norm2_, inner, memory.second, pass.pool);
+  const at::Tensor all = memory.first.seam.join(frame, memory.first.step, pass.place);
+  frame.reset();
+  at::Tensor inner = convolved(norm1_, conv1_, all, memory.first, pass);
+  inner = memory.second.seam.join(inner, memory.second.step, pass.place);
+  const BandStep& step = memory.second.step;
+  if (step.made.count() == 0) return no_rows(all, all.size(1), conv2_.results());
+  remember(norm2_, rows_of(inner, step.all.begin, step.read), memory.second, pass);
   inner.reset();
   pass.between();
-  at::Tensor sum = shortcut_ ? (*shortcut_)(frame) : std::move(frame);
-  conv2_.add_to(sum, memory.second, pass.pool);
+  at::Tensor sum = rows_of(all, memory.first.step.all.begin, step.made);
+  if (shortcut_) sum = (*shortcut_)(sum);
+  conv2_.add_to(sum, memory.second.frames, pass.pool, pass.row_edge());
   return sum;
 }
 
@@ -51,6 +90,12 @@ at::Tensor FrameAttention::operator()(at::Tensor frame, VaePass& pass) const {
   return frame.add_(proj_(seen).view_as(frame));
 }
 
+void MidBlock::Memory::enter(std::int64_t height) {
+  BandLines lines{{0, height + 4}};  // As many convolutions, so that all make all rows.
+  first.enter(height, lines);
+  second.enter(height, lines);
+}
+
 MidBlock::MidBlock(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
     : first_(weights, prefix + ".resnets.0", how),
       attention_(weights, prefix + ".attentions.0", how),
@@ -65,9 +110,8 @@ at::Tensor MidBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass)
 VaeHead::VaeHead(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)
     : norm_(weights, prefix + ".norm_out"), conv_(weights, prefix + ".conv_out", how) {}
 
-at::Tensor VaeHead::operator()(const at::Tensor& frame, FrameHistory& memory, VaePass& pass) const {
-  remember(norm_, frame, memory, pass.pool);
-  return conv_(memory, pass.pool);
+at::Tensor VaeHead::operator()(const at::Tensor& frame, ConvMemory& memory, VaePass& pass) const {
+  return convolved(norm_, conv_, memory.seam.join(frame, memory.step, pass.place), memory, pass);
 }
 
 }  // namespace uwv::model

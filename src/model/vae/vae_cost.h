@@ -17,8 +17,7 @@ struct ClipSize {
 /// and latents not. Within a quarter of what was measured; docs/model-vae.md.
 double estimated_peak_bytes(const VaeConfig& config, const ClipSize& size, const VaeOptions& options, VaeWay way);
 
-/// Multiplications and additions, each counted as one, of all convolutions and the attention, rows that bands compute
-/// twice included.
+/// Multiplications and additions, each counted as one, of all convolutions and the attention; bands add none.
 double estimated_flops(const VaeConfig& config, const ClipSize& size, const VaeOptions& options, VaeWay way);
 
 }  // namespace uwv::model

@@ -19,10 +19,10 @@ VaePrecision vae_precision(std::string_view name);
 
 struct VaeOptions {
   VaePrecision precision = VaePrecision::f32;
-  /// The picture is worked on in so many horizontal bands, one after the other through the whole clip, each with the
-  /// rows around it that its own rows depend on: the same numbers as in one piece, in about 1/bands of the memory.
-  /// Costs the rows that are computed twice, and all but the last band's finished rows wait in memory. 1 = one piece.
-  /// More bands than a picture has rows of latents are not made.
+  /// The picture is worked on in so many horizontal bands, one after the other through the whole clip: the same
+  /// numbers as in one piece, in little more than 1/bands of the memory. No row is made twice; the last rows of what
+  /// each convolution reads are kept for the band below, of every frame, and all but the last band's finished rows wait
+  /// (vae_cost.h reckons both). 1 = one piece. Low pictures are made in fewer bands; see row_bands.h.
   int bands = 1;
   /// Convolutions of 3x3 in float32 by Winograd's way (winograd_conv.h): a quarter of the products, four times the
   /// rounding, which is still far below what tells two implementations apart. Off to compare with.

@@ -4,6 +4,8 @@
 #include <ATen/ATen.h>
 #include <fmt/format.h>
 
+#include "uwv/core/error.h"
+
 namespace uwv::model {
 
 WanDecoder::WanDecoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how)
@@ -28,35 +30,80 @@ WanDecoder::WanDecoder(const WeightFiles& weights, const VaeConfig& config, cons
   }
 }
 
-WanDecoder::Pass::Pass(const WanDecoder& decoder, std::int64_t latent_height, Rows rows, std::function<void()> between,
+WanDecoder::Pass::Pass(const WanDecoder& decoder, std::int64_t latent_height, int bands, std::function<void()> between,
                        VaeProbe probe)
     : decoder_(decoder),
-      rows_(decoder_rows(decoder.config_, latent_height, rows)),
+      height_(latent_height),
+      bands_(decoder_bands(decoder.config_, latent_height, bands)),
+      whole_{FramePool(decoder.how_.type), between},
       pass_{FramePool(decoder.how_.type), std::move(between)},
       probe_(std::move(probe)),
       levels_(decoder.levels_.size()) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(decoder.levels_[i].blocks.size());
+  mid_.enter(height_);
+  plan();
 }
 
-void WanDecoder::Pass::push(const at::Tensor& latent, const std::function<void(const at::Tensor& frame)>& sink) {
-  conv_in_.push(pass_.pool.copy_of(decoder_.post_quant_(latent.to(decoder_.how_.type))));
-  at::Tensor frame = decoder_.conv_in_(conv_in_, pass_.pool);
+void WanDecoder::Pass::plan() {
+  pass_.enter({band_ == 0, band_ + 1 == bands_.size()});
+  BandLines lines = bands_[band_].lines;
+  std::int64_t height = height_;
+  for (LevelMemory& level : levels_) {
+    for (ResBlock::Memory& block : level.blocks) block.enter(height, lines);
+    level.doubling = {};
+    level.begun = false;
+    if (&level == &levels_.back()) break;
+    level.resample.enter(band_step(RowLayer::doubling, height, lines));
+    height *= 2;
+  }
+  head_.enter(band_step(RowLayer::convolution, height, lines));
+}
+
+void WanDecoder::Pass::enter(std::size_t index) {
+  if (index == 0) return;
+  require(index == band_ + 1 && index < bands_.size(), "WanDecoder: band {} of {} does not follow band {}", index,
+          bands_.size(), band_);
+  if (index == 1) {
+    conv_in_ = {};
+    mid_ = {};
+    whole_.enter({});
+  }
+  band_ = index;
+  plan();
+}
+
+at::Tensor WanDecoder::Pass::before_levels(const at::Tensor& latent) {
+  conv_in_.push(whole_.pool.copy_of(decoder_.post_quant_(latent.to(decoder_.how_.type))));
+  at::Tensor frame = decoder_.conv_in_(conv_in_, whole_.pool);
   if (probe_) probe_("conv_in", frame);
-  frame = decoder_.mid_(std::move(frame), mid_, pass_);
+  frame = decoder_.mid_(std::move(frame), mid_, whole_);
   if (probe_) probe_("mid_block", frame);
-  const Rows rows = rows_.front().in;
-  push_level(0, frame.narrow(0, rows.begin, rows.count()), sink);
+  return frame;
 }
 
-void WanDecoder::Pass::push_level(std::size_t index, at::Tensor frame,
-                                  const std::function<void(const at::Tensor&)>& sink) {
+void WanDecoder::Pass::push(const at::Tensor& latent, const Sink& sink) {
+  at::Tensor frame;
+  if (pass_.place.first) {
+    frame = before_levels(latent);
+  } else {
+    frame = std::move(below_.front());
+    below_.pop_front();
+  }
+  if (!pass_.place.last) {
+    const std::int64_t rows = bands_[band_].levels.front().in.count();
+    below_.push_back(frame.narrow(0, rows, frame.size(0) - rows).clone());
+    frame = frame.narrow(0, 0, rows).clone();
+  }
+  push_level(0, std::move(frame), sink);
+}
+
+void WanDecoder::Pass::push_level(std::size_t index, at::Tensor frame, const Sink& sink) {
   const Level& level = decoder_.levels_[index];
   LevelMemory& memory = levels_[index];
   for (std::size_t i = 0; i < level.blocks.size(); ++i)
     frame = level.blocks[i](std::move(frame), memory.blocks[i], pass_);
   if (index + 1 == levels_.size()) {
-    const Rows in = rows_[index].in, out = rows_[index].out;
-    frame = decoder_.head_(frame, head_, pass_).narrow(0, out.begin - in.begin, out.count());
+    frame = decoder_.head_(frame, head_, pass_);
     if (probe_) probe_("out", frame);
     sink(frame);
     return;
@@ -68,19 +115,29 @@ void WanDecoder::Pass::push_level(std::size_t index, at::Tensor frame,
     return;
   }
   const std::int64_t channels = frame.size(2);
-  memory.doubling.push(pass_.pool.copy_of(frame));
-  const at::Tensor both = level.doubling(memory.doubling, pass_.pool);
+  const at::Tensor both = doubled_frames(index, frame);
+  frame.reset();
   push_upsampled(index, both.narrow(2, 0, channels), sink);
   push_upsampled(index, both.narrow(2, channels, channels), sink);
 }
 
-void WanDecoder::Pass::push_upsampled(std::size_t index, const at::Tensor& frame,
-                                      const std::function<void(const at::Tensor&)>& sink) {
+at::Tensor WanDecoder::Pass::doubled_frames(std::size_t index, const at::Tensor& frame) {
+  const CausalConv& conv = decoder_.levels_[index].doubling;
+  if (frame.size(0) == 0) return no_rows(frame, frame.size(1), conv.results());
+  levels_[index].doubling.push(pass_.pool.copy_of(frame));
+  return conv(levels_[index].doubling, pass_.pool);
+}
+
+void WanDecoder::Pass::push_upsampled(std::size_t index, const at::Tensor& frame, const Sink& sink) {
   pass_.between();
-  const Rows in = rows_[index].in, out = rows_[index].out, wanted = rows_[index + 1].in;
-  const at::Tensor kept = frame.narrow(0, out.begin - in.begin, out.count()).contiguous();
-  const at::Tensor large = decoder_.levels_[index].resample(kept);
-  push_level(index + 1, large.narrow(0, wanted.begin - 2 * out.begin, wanted.count()), sink);
+  const FrameConv& conv = decoder_.levels_[index].resample;
+  ConvMemory& memory = levels_[index].resample;
+  const at::Tensor all = memory.seam.join(frame, memory.step, pass_.place);
+  const std::int64_t results = memory.step.made.count();
+  push_level(index + 1,
+             results == 0 ? no_rows(all, 2 * all.size(1), conv.results())
+                          : conv.doubled_band(all, memory.step.at_top ? 0 : 1, results),
+             sink);
 }
 
 }  // namespace uwv::model

@@ -4,6 +4,8 @@
 #include <ATen/ATen.h>
 #include <fmt/format.h>
 
+#include "uwv/core/error.h"
+
 namespace uwv::model {
 
 WanEncoder::WanEncoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how)
@@ -30,59 +32,100 @@ WanEncoder::WanEncoder(const WeightFiles& weights, const VaeConfig& config, cons
   }
 }
 
-WanEncoder::Pass::Pass(const WanEncoder& encoder, std::int64_t latent_height, Rows rows, std::function<void()> between,
+WanEncoder::Pass::Pass(const WanEncoder& encoder, std::int64_t latent_height, int bands, std::function<void()> between,
                        VaeProbe probe)
     : encoder_(encoder),
-      rows_(encoder_rows(encoder.config_, latent_height, rows)),
+      height_(latent_height * encoder.config_.spatial_factor()),
+      bands_(encoder_bands(encoder.config_, latent_height, bands)),
       pass_{FramePool(encoder.how_.type), std::move(between)},
       probe_(std::move(probe)),
       levels_(encoder.levels_.size()) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(encoder.levels_[i].blocks.size());
+  plan();
+}
+
+void WanEncoder::Pass::plan() {
+  pass_.enter({band_ == 0, band_ + 1 == bands_.size()});
+  BandLines lines = bands_[band_].lines;
+  std::int64_t height = height_;
+  conv_in_.enter(band_step(RowLayer::convolution, height, lines));
+  for (LevelMemory& level : levels_) {
+    for (ResBlock::Memory& block : level.blocks) block.enter(height, lines);
+    level.halving = {};
+    level.seen = 0;
+    if (&level == &levels_.back()) break;
+    level.resample.enter(band_step(RowLayer::halving, height, lines));
+    height /= 2;
+  }
+}
+
+void WanEncoder::Pass::enter(std::size_t index) {
+  if (index == 0) return;
+  require(index == band_ + 1 && index < bands_.size(), "WanEncoder: band {} of {} does not follow band {}", index,
+          bands_.size(), band_);
+  band_ = index;
+  plan();
 }
 
 std::optional<at::Tensor> WanEncoder::Pass::push(const at::Tensor& picture) {
-  conv_in_.push(pass_.pool.copy_of(picture));
-  at::Tensor frame = encoder_.conv_in_(conv_in_, pass_.pool);
+  at::Tensor frame = begin(picture);
   if (probe_) probe_("conv_in", frame);
   for (std::size_t i = 0;; ++i) {
-    frame = run_blocks(i, std::move(frame));
+    const Level& level = encoder_.levels_[i];
+    for (std::size_t block = 0; block < level.blocks.size(); ++block)
+      frame = level.blocks[block](std::move(frame), levels_[i].blocks[block], pass_);
     if (i + 1 == levels_.size()) return frame;
-    // Zeros to the right, and below where the picture ends, for the last of the windows of three.
-    const bool at_end = rows_[i].out.end == rows_[i].height;
-    frame = encoder_.levels_[i].resample(at::constant_pad_nd(frame, {0, 0, 0, 1, 0, at_end ? 1 : 0}));
-    if (!encoder_.levels_[i].halves_frames) continue;
+    frame = halve_picture(i, frame);
+    if (!level.halves_frames) continue;
     std::optional<at::Tensor> halved = halve_frames(i, frame);
     if (!halved) return std::nullopt;
     frame = std::move(*halved);
   }
 }
 
-at::Tensor WanEncoder::Pass::run_blocks(std::size_t index, at::Tensor frame) {
-  const Level& level = encoder_.levels_[index];
-  for (std::size_t i = 0; i < level.blocks.size(); ++i)
-    frame = level.blocks[i](std::move(frame), levels_[index].blocks[i], pass_);
-  const Rows in = rows_[index].in, out = rows_[index].out;
-  return frame.narrow(0, out.begin - in.begin, out.count());
+at::Tensor WanEncoder::Pass::begin(const at::Tensor& picture) {
+  const BandStep& step = conv_in_.step;
+  const at::Tensor all = conv_in_.seam.join(picture.to(encoder_.how_.type), step, pass_.place);
+  if (step.made.count() == 0) return no_rows(all, all.size(1), encoder_.conv_in_.results());
+  BorderedFrame newest = bordered_frame(pass_.pool, pass_.place, step, all.size(0), all.size(1), all.size(2));
+  newest.inside.copy_(all);
+  conv_in_.frames.push(std::move(newest.frame));
+  return encoder_.conv_in_(conv_in_.frames, pass_.pool, pass_.row_edge());
+}
+
+at::Tensor WanEncoder::Pass::halve_picture(std::size_t index, const at::Tensor& frame) {
+  ConvMemory& memory = levels_[index].resample;
+  const FrameConv& conv = encoder_.levels_[index].resample;
+  const at::Tensor all = memory.seam.join(frame, memory.step, pass_.place);
+  if (memory.step.made.count() == 0) return no_rows(all, all.size(1) / 2, conv.results());
+  // Zeros to the right, and below where the picture ends, for the last of the windows of three.
+  return conv(at::constant_pad_nd(all, {0, 0, 0, 1, 0, memory.step.at_bottom ? 1 : 0}));
 }
 
 std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, const at::Tensor& frame) {
   LevelMemory& memory = levels_[index];
   const std::int64_t number = memory.seen++;
-  if (number == 0) {
-    // The first frame stays as it is; the frames after it look back at it.
-    memory.halving.push(pass_.pool.copy_of(frame));
-    return frame;
-  }
   memory.halving.push(pass_.pool.copy_of(frame));
+  // The first frame stays as it is; the frames after it look back at it.
+  if (number == 0) return frame;
   if (number % 2 != 0) {
     memory.halving.keep(2, pass_.pool);
     return std::nullopt;
   }
+  if (frame.size(0) == 0) {
+    memory.halving.keep(2, pass_.pool);
+    return frame;
+  }
   return encoder_.levels_[index].halving(memory.halving, pass_.pool);
 }
 
-WanEncoder::Ending::Ending(const WanEncoder& encoder, std::function<void()> between, VaeProbe probe)
-    : encoder_(encoder), pass_{FramePool(encoder.how_.type), std::move(between)}, probe_(std::move(probe)) {}
+WanEncoder::Ending::Ending(const WanEncoder& encoder, std::int64_t latent_height, std::function<void()> between,
+                           VaeProbe probe)
+    : encoder_(encoder), pass_{FramePool(encoder.how_.type), std::move(between)}, probe_(std::move(probe)) {
+  mid_.enter(latent_height);
+  BandLines lines{{0, latent_height + 1}};
+  head_.enter(band_step(RowLayer::convolution, latent_height, lines));
+}
 
 at::Tensor WanEncoder::Ending::push(at::Tensor features) {
   const at::Tensor frame = encoder_.mid_(std::move(features), mid_, pass_);

@@ -17,39 +17,48 @@ class WanEncoder {
  public:
   WanEncoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how);
 
-  /// The levels: all that looks at neighbouring pixels only, so that bands of rows can go one after the other.
+  /// The levels: all that looks at neighbouring pixels only, band after band from the top, through all frames of the
+  /// clip each time.
   class Pass {
    public:
-    /// `rows` of latents out of `latent_height`. The encoder must outlive the pass.
-    Pass(const WanEncoder& encoder, std::int64_t latent_height, Rows rows, std::function<void()> between,
+    /// At most `bands` of latents of `latent_height` rows. The encoder must outlive the pass.
+    Pass(const WanEncoder& encoder, std::int64_t latent_height, int bands, std::function<void()> between,
          VaeProbe probe = {});
+    std::size_t bands() const { return bands_.size(); }
+    /// Goes to band `index`, one after the other from 0 on; the first needs no call.
+    void enter(std::size_t index);
     /// Rows of the pictures that push() wants.
-    Rows picture_rows() const { return rows_.front().in; }
-    /// Takes the next frame (picture_rows, W, 3) in [-1, 1]; gives features (rows, w, C) when a latent frame is
-    /// complete: after frames 0, 4, 8, ...
+    Rows picture_rows() const { return bands_[band_].levels.front().in; }
+    /// Takes the next frame (picture_rows, W, 3) in [-1, 1]; gives the band's rows of features (rows, w, C) when a
+    /// latent frame is complete: after frames 0, 4, 8, ...
     std::optional<at::Tensor> push(const at::Tensor& frame);
 
    private:
     struct LevelMemory {
       std::vector<ResBlock::Memory> blocks;
       FrameHistory halving;
+      ConvMemory resample;
       std::int64_t seen = 0;
     };
-    at::Tensor run_blocks(std::size_t level, at::Tensor frame);
+    void plan();
+    at::Tensor begin(const at::Tensor& picture);
+    at::Tensor halve_picture(std::size_t level, const at::Tensor& frame);
     std::optional<at::Tensor> halve_frames(std::size_t level, const at::Tensor& frame);
 
     const WanEncoder& encoder_;
-    std::vector<LevelRows> rows_;
+    std::int64_t height_;  ///< Of the pictures.
+    std::vector<BandRows> bands_;
+    std::size_t band_ = 0;
     VaePass pass_;
     VaeProbe probe_;
-    FrameHistory conv_in_;
+    ConvMemory conv_in_;
     std::vector<LevelMemory> levels_;
   };
 
   /// What follows the levels, for whole latent frames.
   class Ending {
    public:
-    Ending(const WanEncoder& encoder, std::function<void()> between, VaeProbe probe = {});
+    Ending(const WanEncoder& encoder, std::int64_t latent_height, std::function<void()> between, VaeProbe probe = {});
     /// features (h, w, C) -> (h, w, 2 z): mean, then logarithm of variance.
     at::Tensor push(at::Tensor features);
 
@@ -58,7 +67,7 @@ class WanEncoder {
     VaePass pass_;
     VaeProbe probe_;
     MidBlock::Memory mid_;
-    FrameHistory head_;
+    ConvMemory head_;
   };
 
  private:

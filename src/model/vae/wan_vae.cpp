@@ -17,8 +17,8 @@ constexpr const char* encode_stage = "vae encode";
 constexpr const char* decode_stage = "vae decode";
 
 /// Called between blocks, with how far the pass is.
-std::function<void()> stopper(Monitor& monitor, const char* stage, const long& done, long total) {
-  return [&monitor, stage, &done, total] { monitor.step(stage, done, total); };
+std::function<void()> stopper(Monitor& monitor, const char* stage, const long& done, const long& total) {
+  return [&monitor, stage, &done, &total] { monitor.step(stage, done, total); };
 }
 
 /// (1, 3, n, H, W) of frames (rows, W, 3).
@@ -111,18 +111,18 @@ at::Tensor WanVae::encode(const ClipSource& source, std::int64_t frames, std::in
 at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, std::int64_t height, Monitor& monitor,
                                 const VaeProbe& probe) const {
   const std::int64_t latent_height = height / config_.spatial_factor();
-  const std::vector<Rows> bands = split_rows(latent_height, options_.bands);
   const std::int64_t used = config_.frames_of(config_.latent_frames(frames));
-  const long total = static_cast<long>(bands.size()) * used;
-  long done = 0;
+  long done = 0, total = 0;
   const auto between = stopper(monitor, encode_stage, done, total);
 
   const WanEncoder encoder(weights_, config_, arithmetic());
-  WanEncoder::Ending ending(encoder, between, probe);
+  WanEncoder::Pass pass(encoder, latent_height, options_.bands, between, probe);
+  total = static_cast<long>(pass.bands()) * used;
+  WanEncoder::Ending ending(encoder, latent_height, between, probe);
   std::vector<at::Tensor> latents;
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(config_.latent_frames(frames)));
-  for (const Rows band : bands) {
-    WanEncoder::Pass pass(encoder, latent_height, band, between, probe);
+  for (std::size_t band = 0; band < pass.bands(); ++band) {
+    pass.enter(band);
     std::size_t complete = 0;
     for (std::int64_t first = 0; first < used;) {
       const std::int64_t count = first == 0 ? 1 : config_.temporal_factor();
@@ -134,7 +134,7 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
         if (!features) continue;
         std::vector<at::Tensor>& parts = waiting[complete++];
         parts.push_back(std::move(*features));
-        if (parts.size() < bands.size()) continue;
+        if (parts.size() < pass.bands()) continue;
         at::Tensor whole = parts.size() == 1 ? std::move(parts[0]) : at::cat(parts);
         parts.clear();
         const at::Tensor mean = ending.push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kFloat);
@@ -176,15 +176,15 @@ void WanVae::decode_tiles(const TileGrid& grid, const at::Tensor& latents, const
 
 void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monitor& monitor,
                           const VaeProbe& probe) const {
-  const std::vector<Rows> bands = split_rows(latents.size(3), options_.bands);
   const std::int64_t latent_frames = latents.size(2);
-  const long total = static_cast<long>(bands.size()) * config_.frames_of(latent_frames);
-  long done = 0;
+  long done = 0, total = 0;
 
   const WanDecoder decoder(weights_, config_, arithmetic());
+  WanDecoder::Pass pass(decoder, latents.size(3), options_.bands, stopper(monitor, decode_stage, done, total), probe);
+  total = static_cast<long>(pass.bands()) * config_.frames_of(latent_frames);
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(latent_frames));
-  for (const Rows band : bands) {
-    WanDecoder::Pass pass(decoder, latents.size(3), band, stopper(monitor, decode_stage, done, total), probe);
+  for (std::size_t band = 0; band < pass.bands(); ++band) {
+    pass.enter(band);
     std::int64_t first = 0;
     for (std::int64_t k = 0; k < latent_frames; ++k) {
       const at::Tensor normalised = latents[0].select(1, k).permute({1, 2, 0}).to(at::kFloat);
@@ -195,7 +195,7 @@ void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monit
       });
       std::vector<at::Tensor>& parts = waiting[static_cast<std::size_t>(k)];
       parts.push_back(as_clip(frames));
-      if (parts.size() < bands.size()) continue;
+      if (parts.size() < pass.bands()) continue;
       sink(first, parts.size() == 1 ? parts[0] : at::cat(parts, 3));
       parts.clear();
       first += static_cast<std::int64_t>(frames.size());

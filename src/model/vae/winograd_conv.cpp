@@ -62,10 +62,11 @@ bool takes(const at::Tensor& weight) {
          weight.size(0) % channel_step == 0 && weight.size(1) % channel_step == 0;
 }
 
-void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled) {
+void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled,
+              std::int64_t above) {
   const std::int64_t outputs = sum.size(2), channels = terms[0].weight.size(1);
   const std::int64_t depth = channels * static_cast<std::int64_t>(terms.size());
-  const TileRun whole{sum.size(0), sum.size(1), 0, 0};
+  const TileRun whole{sum.size(0), sum.size(1), (doubled ? 2 : 1) * terms[0].frame.size(0), above};
   const at::Tensor weights = transformed_weights(terms);
   const std::vector<float> zeros(static_cast<std::size_t>(channels));
   const std::int64_t blocks = (whole.all() + block_tiles - 1) / block_tiles;

@@ -28,8 +28,10 @@ bool takes(const at::Tensor& weight);
 bool pays(std::int64_t pixels);
 
 /// sum (h, w, O), contiguous, becomes the terms' sum plus `bias` (O; may be undefined); with `add` that is added to it.
-/// With `doubled` frames are half as high and wide, each pixel standing for 2x2. All terms share C and O.
-void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled = false);
+/// With `doubled` frames are half as high and wide, each pixel standing for 2x2. Frames may have rows that the sum has
+/// not: `above` of them (after doubling), and any number below; beyond them are zeros. All terms share C and O.
+void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled = false,
+              std::int64_t above = 0);
 
 /// Bytes convolve() takes while it runs on `threads` threads.
 double scratch_bytes(std::int64_t terms, std::int64_t channels, std::int64_t outputs, int threads);

@@ -77,8 +77,8 @@ void transform_frame(const float* frame, bool doubled, std::int64_t channels, co
     const Place at = place_of(tiles.first + t, tiles);
     const float* pixels[points];
     for (std::int64_t i = 0; i < points; ++i) {
-      const std::int64_t y = at.y + i / side - 1, x = at.x + i % side - 1;
-      const bool inside = y >= 0 && y < tiles.height && x >= 0 && x < tiles.width;
+      const std::int64_t y = at.y + i / side - 1 + tiles.above, x = at.x + i % side - 1;
+      const bool inside = y >= 0 && y < tiles.seen && x >= 0 && x < tiles.width;
       pixels[i] = inside ? frame + (y >> shift) * row + (x >> shift) * channels : zeros;
     }
     float* const first = to.to + t * to.row;

@@ -14,6 +14,7 @@ inline constexpr std::int64_t channel_step = 16;  ///< Channels are a multiple o
 /// Tiles [first, first + count) of a frame's result, row by row.
 struct TileRun {
   std::int64_t height = 0, width = 0;  ///< Of the result.
+  std::int64_t seen = 0, above = 0;    ///< Rows of the frame, doubled if it is; of these, those above the first result.
   std::int64_t first = 0, count = 0;
   std::int64_t columns() const { return (width + tile - 1) / tile; }
   std::int64_t all() const { return (height + tile - 1) / tile * columns(); }

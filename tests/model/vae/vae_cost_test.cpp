@@ -3,30 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/vae/row_bands.h"
-
 namespace uwv::model {
 namespace {
-
-TEST(RowBands, CoverAllRowsOnceAndCarryTheirSurroundings) {
-  const VaeConfig config;
-  std::int64_t next = 0;
-  for (const Rows band : split_rows(60, 7)) {
-    EXPECT_EQ(band.begin, next);
-    next = band.end;
-    const auto decoder = decoder_rows(config, 60, band);
-    EXPECT_EQ(decoder.back().out, (Rows{8 * band.begin, 8 * band.end}));
-    for (const LevelRows& level : decoder) {
-      EXPECT_LE(level.in.begin, level.out.begin);
-      EXPECT_GE(level.in.end, level.out.end);
-      EXPECT_GE(level.in.begin, 0);
-      EXPECT_LE(level.in.end, level.height);
-    }
-    EXPECT_EQ(encoder_rows(config, 60, band).back().out, band);
-  }
-  EXPECT_EQ(next, 60);
-  EXPECT_EQ(split_rows(3, 8).size(), 3U);
-}
 
 // By hand, from the paper sizes: a full-size convolution of the last level is 2 * 27 * 96 * 96 operations a pixel.
 TEST(VaeCost, OperationsOfARealDecodeAreThoseOfItsConvolutions) {

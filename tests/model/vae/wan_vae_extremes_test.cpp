@@ -52,6 +52,22 @@ TEST_P(WanVaeExtremes, OneLatentIsAPicture) {
   EXPECT_EQ(vae.encode(decoded, monitor_).sizes(), (std::vector<std::int64_t>{1, vae.config().z_dim, 1, 1, 1}));
 }
 
+TEST_P(WanVaeExtremes, BandsGiveTheSameAsOnePiece) {
+  const double tolerance = GetParam() == VaePrecision::f32 ? 1e-5 : 0.05;
+  const WanVae whole = open();
+  for (const std::int64_t rows : {1, 3, 14}) {
+    const at::Tensor latents = random({1, whole.config().z_dim, 3, rows, 2});
+    const at::Tensor decoded = whole.decode(latents, monitor_);
+    const at::Tensor encoded = whole.encode(decoded, monitor_);
+    for (const int bands : {2, 5, 64}) {
+      SCOPED_TRACE(::testing::Message() << rows << " rows of latents, bands " << bands);
+      const WanVae vae = open(bands);
+      EXPECT_TRUE(near(vae.decode(latents, monitor_), decoded, tolerance));
+      EXPECT_TRUE(near(vae.encode(decoded, monitor_), encoded, tolerance));
+    }
+  }
+}
+
 TEST_P(WanVaeExtremes, ConstantPicturesAndHugeLatentsStayFinite) {
   const WanVae vae = open();
   for (const double value : {-1.0, 0.0, 1.0})
