@@ -110,8 +110,12 @@ std::vector<DenoiseWindow> CompletionJob::make_windows(const WanTransformer& net
   return windows;
 }
 
-void CompletionJob::show_preview(const LatentColours& colours, const DenoiseStep& step) const {
-  if (out_.preview) out_.preview(colours.picture(step.noiseless, step.noiseless.size(2) / 2, preview_scale));
+void CompletionJob::show_preview(const LatentColours& colours, const std::optional<TinyVae>& fast,
+                                 const DenoiseStep& step) const {
+  if (!out_.preview) return;
+  const std::int64_t middle = step.noiseless.size(2) / 2;
+  out_.preview(fast ? decoded_picture(*fast, step.noiseless, middle)
+                    : colours.picture(step.noiseless, middle, preview_scale));
 }
 
 void CompletionJob::denoise() {
@@ -134,9 +138,11 @@ void CompletionJob::denoise() {
   };
   const at::Tensor known = conditions_.control.narrow(1, 0, 16);
   const LatentColours colours(known, conditions_.small_pictures);
+  std::optional<TinyVae> fast;
+  if (out_.preview && !options_.vae_fast.empty()) fast = TinyVae::open(options_.vae_fast, setup_.rungs.vae);
   const auto start = std::chrono::steady_clock::now();
   latents_ = model::denoise(seeded_noise(known.sizes(), static_cast<std::uint64_t>(options_.seed)), windows, known,
-                            setup_.denoise, [&](const DenoiseStep& step) { show_preview(colours, step); });
+                            setup_.denoise, [&](const DenoiseStep& step) { show_preview(colours, fast, step); });
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   summary_.windows = static_cast<int>(windows.size());
   summary_.steps = setup_.denoise.sampler.steps;

@@ -27,7 +27,7 @@ class CompletionJob {
   void copy_through();
   std::vector<DenoiseWindow> make_windows(const WanTransformer& network, PassCount& count);
   DenoiseWindow make_window(const WanTransformer& network, std::size_t k, const at::Tensor& wanted, PassCount& count);
-  void show_preview(const LatentColours& colours, const DenoiseStep& step) const;
+  void show_preview(const LatentColours& colours, const std::optional<TinyVae>& fast, const DenoiseStep& step) const;
   void skip(const std::string& what) { summary_.skipped.push_back(what); }
   void warn(const std::string& sentence);
   template <class Work>

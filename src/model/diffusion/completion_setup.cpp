@@ -6,6 +6,7 @@
 
 #include "model/diffusion/conditioning.h"
 #include "model/sampling/scheduler_config.h"
+#include "model/vae/tiny_vae.h"
 #include "model/weights/weight_files.h"
 
 namespace uwv::model {
@@ -63,6 +64,7 @@ CompletionSetup set_up(const ModelOptions& options, Size size, long frames) {
   setup.folder = CheckpointFolder::find(options);
   setup.config = TransformerConfig::read(setup.folder.transformer);
   setup.vae = VaeConfig::read(setup.folder.vae + "/config.json");
+  if (!options.vae_fast.empty()) TinyVae::check(options.vae_fast, setup.vae.z_dim);
   setup.denoise = {options.sampling(), options.guidance_scale(), options.cfg_share, options.cfg_batch};
   choose_sampler(setup, options);
   setup.denoise.check();

@@ -9,6 +9,10 @@
 namespace uwv::model {
 namespace {
 
+std::uint8_t level(float value) {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(127.5F * value + 127.5F, 0.0F, 255.0F)));
+}
+
 at::Tensor with_ones(const at::Tensor& rows) { return at::cat({rows, at::ones({rows.size(0), 1}, rows.options())}, 1); }
 
 }  // namespace
@@ -28,15 +32,23 @@ ImageRgb LatentColours::picture(const at::Tensor& latents, std::int64_t frame, i
   const auto width = static_cast<int>(one.size(2)), height = static_cast<int>(one.size(1));
   ImageRgb picture(width * scale, height * scale);
   const float* values = colours.data_ptr<float>();
-  const auto channel = [&](std::size_t at) {
-    return static_cast<std::uint8_t>(std::lround(std::clamp(127.5F * values[at] + 127.5F, 0.0F, 255.0F)));
-  };
   for (int y = 0; y < picture.height(); ++y)
     for (int x = 0; x < picture.width(); ++x) {
       const std::size_t at = 3 * (static_cast<std::size_t>(y / scale) * static_cast<std::size_t>(width) +
                                   static_cast<std::size_t>(x / scale));
-      picture(x, y) = {channel(at), channel(at + 1), channel(at + 2)};
+      picture(x, y) = {level(values[at]), level(values[at + 1]), level(values[at + 2])};
     }
+  return picture;
+}
+
+ImageRgb decoded_picture(const TinyVae& vae, const at::Tensor& latents, std::int64_t frame) {
+  Monitor unheard;  // A preview is no stage of the work.
+  const at::Tensor pixels =
+      vae.decode(latents.narrow(2, frame, 1), unheard)[0].select(1, 0).permute({1, 2, 0}).contiguous();
+  ImageRgb picture(static_cast<int>(pixels.size(1)), static_cast<int>(pixels.size(0)));
+  const float* values = pixels.data_ptr<float>();
+  for (std::size_t i = 0; i < picture.size().pixels(); ++i)
+    picture.data()[i] = {level(values[3 * i]), level(values[3 * i + 1]), level(values[3 * i + 2])};
   return picture;
 }
 

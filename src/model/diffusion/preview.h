@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A look at latents without decoding them: the colour that goes with each latent, one pixel a latent.
+// A look at latents before they are decoded: the colour that goes with each latent, one pixel a latent, or one picture
+// of the tiny decoder where there is one.
 #pragma once
 
 #include <ATen/core/Tensor.h>
 
+#include "model/vae/tiny_vae.h"
 #include "uwv/core/image.h"
 
 namespace uwv::model {
@@ -21,5 +23,9 @@ class LatentColours {
  private:
   at::Tensor map_;  ///< (17, 3), the last row the offset.
 };
+
+/// Frame `frame` of `latents` (1, z, n, h, w), decoded alone: without the frames before it, it is the still picture
+/// that a clip beginning there would begin with, at a fraction of the work.
+ImageRgb decoded_picture(const TinyVae& vae, const at::Tensor& latents, std::int64_t frame);
 
 }  // namespace uwv::model

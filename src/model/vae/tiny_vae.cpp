@@ -45,6 +45,28 @@ TensorShapes wanted_shapes(const WeightFiles& weights) {
   return shapes;
 }
 
+void check_grow(const WeightFiles& weights, const std::string& name, std::int64_t rows, std::int64_t channels) {
+  const std::vector<std::int64_t> shape = weights.has(name) ? weights.shape(name) : std::vector<std::int64_t>{};
+  if (shape.size() != 4 || shape[0] < rows || shape[1] != channels || shape[2] != 1 || shape[3] != 1)
+    fail(ErrorCode::value_invalid, "{}: {} is not {} rows or more of {} channels, as a TAEHV for Wan 2.1 has them",
+         weights.path(), name, rows, channels);
+}
+
+/// All that can be known to be wrong from the headers is told here.
+WeightFiles checked_weights(const std::string& path) {
+  WeightFiles weights = WeightFiles::open(path);
+  for (const char* name : {"decoder.1.weight", "decoder.8.weight", "decoder.14.weight", "decoder.20.weight"})
+    if (!weights.has(name) || weights.shape(name).size() != 4)
+      fail(ErrorCode::value_invalid, "{}: has no convolution '{}': it is no TAEHV for Wan 2.1 (taew2_1.safetensors)",
+           weights.path(), name);
+  weights.check(wanted_shapes(weights));
+  for (const LevelNumbers& numbers : level_numbers) {
+    const std::int64_t channels = weights.shape(key(numbers.first_block, "conv.4.weight")).front();
+    check_grow(weights, key(numbers.grow, "conv.weight"), numbers.frames * channels, channels);
+  }
+  return weights;
+}
+
 FrameConv conv_of(const WeightFiles& weights, const std::string& prefix, at::ScalarType type) {
   const std::string bias = prefix + "bias";
   return {weights.load(prefix + "weight", type), weights.has(bias) ? weights.load(bias, type) : at::Tensor(),
@@ -52,13 +74,8 @@ FrameConv conv_of(const WeightFiles& weights, const std::string& prefix, at::Sca
 }
 
 /// Checkpoints may hold rows for more frames than are wanted; the last frames' rows count.
-at::Tensor grow_of(const WeightFiles& weights, const std::string& name, std::int64_t rows, std::int64_t channels,
-                   at::ScalarType type) {
-  const std::vector<std::int64_t> shape = weights.shape(name);
-  if (shape.size() != 4 || shape[0] < rows || shape[1] != channels || shape[2] != 1 || shape[3] != 1)
-    fail(ErrorCode::value_invalid, "{}: {} is not {} rows or more of {} channels, as a TAEHV for Wan 2.1 has them",
-         weights.path(), name, rows, channels);
-  return weights.load(name, type).flatten(1).narrow(0, shape[0] - rows, rows).contiguous();
+at::Tensor grow_of(const WeightFiles& weights, const std::string& name, std::int64_t rows, at::ScalarType type) {
+  return weights.load(name, type).flatten(1).narrow(0, weights.shape(name)[0] - rows, rows).contiguous();
 }
 
 }  // namespace
@@ -71,13 +88,15 @@ struct TinyVae::Pass {
   long done, total;
 };
 
+void TinyVae::check(const std::string& path, std::int64_t z_dim) {
+  const std::int64_t channels = checked_weights(path).shape("decoder.1.weight")[1];
+  if (channels != z_dim)
+    fail(ErrorCode::value_invalid, "--vae-fast {}: decodes latents of {} channels, those of --model have {}", path,
+         channels, z_dim);
+}
+
 TinyVae TinyVae::open(const std::string& path, const VaeOptions& options) {
-  const WeightFiles weights = WeightFiles::open(path);
-  for (const char* name : {"decoder.1.weight", "decoder.8.weight", "decoder.14.weight", "decoder.20.weight"})
-    if (!weights.has(name) || weights.shape(name).size() != 4)
-      fail(ErrorCode::value_invalid, "{}: has no convolution '{}': it is no TAEHV for Wan 2.1 (taew2_1.safetensors)",
-           weights.path(), name);
-  weights.check(wanted_shapes(weights));
+  const WeightFiles weights = checked_weights(path);
   TinyVae vae;
   vae.type_ = resolved(options.precision) == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
   vae.conv_in_ = conv_of(weights, "decoder.1.", vae.type_);
@@ -94,7 +113,7 @@ TinyVae TinyVae::open(const std::string& path, const VaeOptions& options) {
                               conv_of(weights, key(number, "conv.4."), vae.type_)});
     }
     level.frames = numbers.frames;
-    level.grow = grow_of(weights, key(numbers.grow, "conv.weight"), numbers.frames * channels, channels, vae.type_);
+    level.grow = grow_of(weights, key(numbers.grow, "conv.weight"), numbers.frames * channels, vae.type_);
     level.resample = conv_of(weights, key(numbers.resample, ""), vae.type_);
   }
   vae.conv_out_ = conv_of(weights, "decoder.22.", vae.type_);

@@ -23,6 +23,9 @@ class TinyVae {
   /// counts. Throws Error: see WeightFiles; value_invalid when it is no decoder of this layout (others of the family,
   /// as for Wan 2.2, are not).
   static TinyVae open(const std::string& path, const VaeOptions& options = {});
+  /// Throws as open() would, and Error(value_invalid) when it takes other latents than `z_dim` channels; reads only
+  /// headers.
+  static void check(const std::string& path, std::int64_t z_dim);
 
   /// Latent channels it was made for.
   std::int64_t z_dim() const { return conv_in_.channels(); }

@@ -55,6 +55,7 @@ struct Answer {
   std::vector<ImageRgb> frames;
   CompletionSummary summary;
   int previews = 0;
+  ImageRgb last_preview;
 };
 
 class ViewCompletion : public ::testing::Test {
@@ -76,7 +77,10 @@ class ViewCompletion : public ::testing::Test {
       EXPECT_EQ(picture.size(), scene.size);
       answer.frames.push_back(picture);
     };
-    out.preview = [&](const ImageRgb&) { ++answer.previews; };
+    out.preview = [&](const ImageRgb& picture) {
+      ++answer.previews;
+      answer.last_preview = picture;
+    };
     answer.summary = complete_views(options, scene.clip(), out, 1, monitor_);
     EXPECT_EQ(static_cast<long>(answer.frames.size()), scene.frames);
     return answer;
@@ -174,9 +178,31 @@ TEST_F(ViewCompletion, EveryFormOfWeightsStaysNearTheExactAnswer) {
 TEST_F(ViewCompletion, TheTinyDecoderStandsForTheLargeOne) {
   const Answer large = complete({});
   options_.vae_fast = std::string(UWV_TEST_DATA) + "/taehv/taew2_1.safetensors";
-  EXPECT_NE(complete({}).frames, large.frames);
+  const Answer fast = complete({});
+  EXPECT_NE(fast.frames, large.frames);
+  // Previews are its pictures too, of the full size.
+  EXPECT_EQ(fast.previews, large.previews);
+  EXPECT_EQ(large.last_preview.size(), (Size{24, 16}));
+  EXPECT_EQ(fast.last_preview.size(), (Size{48, 32}));
   options_.vae_fast = "/no/such/decoder";
   EXPECT_THAT(complaint(options_), HasSubstr("--vae-fast /no/such/decoder"));
+}
+
+TEST_F(ViewCompletion, AWrongTinyDecoderIsNamedBeforeAnythingIsComputed) {
+  const test::TempFolder folder;
+  options_.vae_fast = folder.file("other.safetensors");
+  uwv::testing::write_safetensors(options_.vae_fast, {{"decoder.0.weight", at::ones({4, 4, 1, 1})}});
+  for (const auto& early : {std::function<void()>([&] { check_checkpoint(options_); }), std::function<void()>([&] {
+                              plan_completion(options_, {48, 32}, 5, 1);
+                            })}) {
+    try {
+      early();
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("other.safetensors"));
+      EXPECT_THAT(error.what(), HasSubstr("taew2_1"));
+    }
+  }
 }
 
 TEST_F(ViewCompletion, StepCachingLeavesOutPasses) {

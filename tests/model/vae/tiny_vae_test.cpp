@@ -69,6 +69,8 @@ TEST(TinyVae, OtherNetworksAndLatentsAreRefusedByName) {
       },
       Error);
   const TorchScope scope(1);
+  EXPECT_NO_THROW(TinyVae::check(data, 16));
+  EXPECT_THROW(TinyVae::check(data, 48), Error);
   Monitor monitor;
   const TinyVae vae = TinyVae::open(data);
   EXPECT_THROW(vae.decode(at::zeros({1, vae.z_dim() + 1, 1, 2, 2}), monitor), Error);
