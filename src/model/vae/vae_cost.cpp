@@ -10,7 +10,7 @@ namespace uwv::model {
 namespace {
 
 /// What the process holds before it does anything: torch and its tables.
-constexpr double library_bytes = 180e6;
+constexpr double library_bytes = 360e6;
 /// The frames that exist at once beside what is remembered, in frames of the level they are largest at: a block's
 /// input, its inner frame, the pool's spare and what the allocator has not given back yet.
 constexpr double frames_in_flight = 6;

@@ -18,7 +18,7 @@ TEST(VaeCost, OperationsOfARealDecodeAreThoseOfItsConvolutions) {
 }
 
 // Peaks of a process that did nothing else, as docs/performance.md has them.
-TEST(VaeCost, PeaksAreWithinAQuarterOfTheMeasuredOnes) {
+TEST(VaeCost, PeaksAreWithinAFifthOfTheMeasuredOnes) {
   struct Measured {
     ClipSize size;
     VaePrecision precision;
@@ -26,19 +26,19 @@ TEST(VaeCost, PeaksAreWithinAQuarterOfTheMeasuredOnes) {
     VaeWay way;
     double gigabytes;
   };
-  const Measured all[] = {{{5, 240, 416}, VaePrecision::f32, 1, VaeWay::decode, 1.79},
-                          {{5, 240, 416}, VaePrecision::f32, 2, VaeWay::decode, 1.33},
-                          {{5, 240, 416}, VaePrecision::f32, 4, VaeWay::decode, 1.04},
-                          {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::decode, 1.11},
+  const Measured all[] = {{{5, 240, 416}, VaePrecision::f32, 1, VaeWay::decode, 1.87},
+                          {{5, 240, 416}, VaePrecision::f32, 4, VaeWay::decode, 1.43},
+                          {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::decode, 1.19},
+                          {{5, 240, 416}, VaePrecision::bf16, 4, VaeWay::decode, 0.77},
                           {{9, 480, 832}, VaePrecision::bf16, 1, VaeWay::decode, 2.99},
-                          {{5, 240, 416}, VaePrecision::f32, 1, VaeWay::encode, 1.15},
-                          {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::encode, 0.73}};
+                          {{5, 240, 416}, VaePrecision::f32, 1, VaeWay::encode, 1.28},
+                          {{5, 240, 416}, VaePrecision::bf16, 3, VaeWay::encode, 0.65}};
   for (const Measured& measured : all) {
     VaeOptions options;
     options.precision = measured.precision;
     options.bands = measured.bands;
     const double estimate = estimated_peak_bytes(VaeConfig{}, measured.size, options, measured.way) / 1e9;
-    EXPECT_NEAR(estimate, measured.gigabytes, 0.25 * measured.gigabytes)
+    EXPECT_NEAR(estimate, measured.gigabytes, 0.2 * measured.gigabytes)
         << to_string(measured.precision) << "/" << measured.bands;
   }
 }

@@ -60,6 +60,21 @@ TEST_F(WinogradConv, GivesThePlainSumAtEverySize) {
       }
 }
 
+TEST_F(WinogradConv, ABandOfRowsIsThatPartOfTheWhole) {
+  for (const bool twice : {false, true}) {
+    const Problem problem{23, 18, 32, 16, 2, twice};
+    const auto inputs = problem.random();
+    at::Tensor whole = problem.result();
+    winograd::convolve(whole, inputs, {}, false, twice);
+    const std::int64_t scale = twice ? 2 : 1, first = scale * 7 + 1;
+    auto band = inputs;
+    for (winograd::Term& term : band) term.frame = term.frame.narrow(0, 7, 9);
+    at::Tensor ours = whole.narrow(0, first, scale * 9 - 2).clone().zero_();
+    winograd::convolve(ours, band, {}, false, twice, 1);
+    EXPECT_TRUE(near(ours, whole.narrow(0, first, scale * 9 - 2), 2e-5)) << twice;
+  }
+}
+
 TEST_F(WinogradConv, ErrorsAtTheNetworksWidthsAreFarBelowThePartsTolerance) {
   for (const std::int64_t channels : {96, 192, 384}) {
     const Problem problem{24, 40, channels, channels, 3, false};
