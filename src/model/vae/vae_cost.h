@@ -14,7 +14,7 @@ struct ClipSize {
 };
 
 /// Bytes the process holds at the most while it runs, its libraries and this half's weights included, the caller's clip
-/// and latents not. Within a fifth of what was measured; docs/model-vae.md.
+/// and latents not. docs/model-vae.md has it beside measured ones.
 double estimated_peak_bytes(const VaeConfig& config, const ClipSize& size, const VaeOptions& options, VaeWay way);
 
 /// Multiplications and additions, each counted as one, of all convolutions and the attention; bands add none.
