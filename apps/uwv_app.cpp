@@ -5,6 +5,7 @@
 #include "support/command_line.h"
 #include "support/doctor.h"
 #include "support/terminal_monitor.h"
+#include "uwv/model/convert_checkpoint.h"
 #include "uwv/model/foreground_network.h"
 #include "uwv/model/view_completion.h"
 #include "uwv/pipeline/compare.h"
@@ -60,6 +61,16 @@ std::string model_plan(const uwv::RunOptions& options) {
 #endif
 }
 
+std::string model_convert(const uwv::ConversionOptions& options, [[maybe_unused]] uwv::Monitor& monitor) {
+#ifdef UWV_APP_WITH_MODEL
+  return uwv::convert_checkpoint(options, monitor).brief();
+#else
+  uwv::fail(uwv::ErrorCode::backend_missing,
+            "model convert --out {}: this program was built without libtorch; run scripts/setup and build again",
+            options.out);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -90,6 +101,21 @@ int main(int argc, char** argv) {
   plan_command.footer("Example: uwv_app model plan --model DIR --size 832x480 --frames 81 --memory-limit 16G");
   const app::RunFlags plan_flags(plan_command, is_planned);
 
+  uwv::ConversionOptions conversion;
+  CLI::App& convert_command =
+      *model_command.add_subcommand("convert", "write a smaller checkpoint: its layers' weights in 16 or 8 bits");
+  convert_command.footer("Example: uwv_app model convert --model DIR --weights int8 --out SMALLER");
+  convert_command.add_option("--model", conversion.model, "checkpoint to read, or a folder of one part of it")
+      ->required()
+      ->type_name("DIR");
+  convert_command
+      .add_option("--weights", conversion.weights, "bf16: half of float32; int8: a quarter, as --weights int8")
+      ->check(CLI::IsMember({"bf16", "int8"}))
+      ->capture_default_str();
+  convert_command.add_option("--out", conversion.out, "folder to make; there must be none yet")
+      ->required()
+      ->type_name("DIR");
+
   const CLI::App& doctor_command =
       *program.add_subcommand("doctor", "versions, renderers and encoders on this machine");
 
@@ -103,6 +129,8 @@ int main(int argc, char** argv) {
       fmt::print("{}", compare_clips(compare, monitor).report());
     else if (plan_command.parsed())
       fmt::print("{}", model_plan(plan_flags.some_options()));
+    else if (convert_command.parsed())
+      fmt::print("{}\n", model_convert(conversion, monitor));
     else if (look_command.parsed())
       fmt::print("{}\n", look(look_flags.options(), monitor).brief());
     else

@@ -10,7 +10,6 @@
 namespace uwv::model {
 namespace {
 
-constexpr std::int64_t reference_frames = 9;
 constexpr std::int64_t pixels_per_token = 2 * pixels_per_latent;
 
 /// What the masks say, from one walk through them.

@@ -8,6 +8,9 @@
 
 namespace uwv::model {
 
+/// Frames of the source that the network is shown for a window.
+inline constexpr std::int64_t reference_frames = 9;
+
 struct ClipConditions {
   at::Tensor control;           ///< (1, 96, latents, h, w): known, holes, mask. Undefined when there is no hole.
   std::vector<bool> has_holes;  ///< By latent frame: in any of its frames.

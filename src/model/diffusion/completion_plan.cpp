@@ -1,37 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <ATen/ATen.h>
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 
+#include "model/diffusion/clip_conditions.h"
 #include "model/diffusion/completion_setup.h"
-#include "model/layers/linear.h"
+#include "model/diffusion/machine_speed.h"
 #include "model/layers/torch_scope.h"
+#include "model/text/umt5_encoder.h"
 #include "uwv/model/view_completion.h"
 
 namespace uwv {
 namespace {
 
 using namespace model;
-
-/// Floating point operations a second of a layer of this form, measured for a moment.
-double measured_flops(LinearForm form) {
-  constexpr std::int64_t tokens = 512, width = 1536;
-  const Linear layer(at::full({width, width}, 0.01), {}, form);
-  const at::Tensor x = at::ones({tokens, width}, token_type(form));
-  layer(x);  // the first call sets the library up
-  const auto start = std::chrono::steady_clock::now();
-  std::chrono::duration<double> passed{};
-  int calls = 0;
-  do {
-    layer(x);
-    ++calls;
-    passed = std::chrono::steady_clock::now() - start;
-  } while (passed.count() < 0.25);
-  return 2.0 * tokens * width * width * calls / passed.count();
-}
 
 std::uint64_t folder_bytes(const std::string& folder) {
   std::uint64_t bytes = 0;
@@ -43,6 +26,54 @@ std::uint64_t folder_bytes(const std::string& folder) {
 
 double gib(double bytes) { return bytes / (1024.0 * 1024.0 * 1024.0); }
 
+/// Of one pass of the transformer over one window.
+struct PassTime {
+  double gflops = 0, seconds = 0;
+};
+
+/// What a pass takes besides products: norms, gates, the feed-forward's curve. Of all forms a fifth of the products'
+/// time at 1.3B's width, docs/performance.md.
+constexpr double beside_products = 1.2;
+
+PassTime pass_time(const CompletionSetup& setup, const PartCost& cost) {
+  const LinearForm form = setup.rungs.form;
+  const PassSize& pass = setup.job.pass;
+  const double layers = linear_speed(form, setup.config.dim());
+  const double attention = attention_speed(form, setup.config.head_dim, pass.tokens);
+  double seconds = beside_products * ((cost.flops - cost.attention_flops) / layers + cost.attention_flops / attention);
+  if (cost.rounded > 0)
+    seconds += cost.rounded / rounding_speed(form, static_cast<int>(size_of(pass.stored)), setup.config.dim());
+  return {layers / 1e9, seconds / pass.batch};
+}
+
+CompletionPlan::Stage encoding_stage(const CompletionSetup& setup, double convolutions) {
+  const JobSize& job = setup.job;
+  const PartCost clip = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::encode);
+  double flops = 2 * clip.flops;  // what is known, and what lies in the holes
+  if (job.pass.reference_tokens > 0) {
+    const ClipSize reference{std::min(reference_frames, job.clip.frames), job.clip.height, job.clip.width};
+    flops += vae_cost(setup.vae, setup.rungs.vae, reference, VaeWay::encode).flops *
+             static_cast<double>(setup.windows.size());
+  }
+  return {"encoding", static_cast<std::uint64_t>(clip.bytes), flops / convolutions};
+}
+
+/// Layers are read one by one and held in float32 while they work; each prompt's own words go through them.
+CompletionPlan::Stage text_stage(const CompletionSetup& setup, const ModelOptions& options) {
+  const std::string& folder = setup.folder.text_encoder;
+  if (folder.empty() || !options.prompt_embeds.empty()) return {"text", 0, 0};
+  constexpr double letters_a_token = 4;
+  const Umt5Config config = Umt5Config::read(folder + "/config.json");
+  const auto inner = static_cast<double>(config.heads * config.d_kv);
+  const double a_layer = static_cast<double>(config.d_model) * (4 * inner + 3 * static_cast<double>(config.d_ff));
+  const double letters = static_cast<double>(options.prompt.size()) +
+                         (setup.denoise.guided(0) ? static_cast<double>(options.negative_prompt.size()) : 0);
+  const double flops = 2 * a_layer * static_cast<double>(config.layers) * (letters / letters_a_token + 2);
+  const double stored = static_cast<double>(folder_bytes(folder));
+  const auto peak = 300e6 + stored / static_cast<double>(config.layers);
+  return {"text", static_cast<std::uint64_t>(peak), flops / linear_speed(LinearForm::f32, config.d_model)};
+}
+
 }  // namespace
 
 CompletionPlan plan_completion(const ModelOptions& options, Size size, long frames, int threads) {
@@ -51,30 +82,28 @@ CompletionPlan plan_completion(const ModelOptions& options, Size size, long fram
   const CompletionSetup setup = set_up(options, size, frames);
   const JobSize& job = setup.job;
   const PartCost transformer = transformer_cost(setup.config, job.pass, setup.rungs.form, setup.rungs.streamed);
-  const PartCost encoder = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::encode);
   const PartCost decoder = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::decode);
-  const double plain = measured_flops(LinearForm::f32);
-  const double fast = setup.rungs.form == LinearForm::f32 ? plain : measured_flops(setup.rungs.form);
+  const double convolutions = convolution_speed(setup.rungs.vae.precision);
+  const PassTime pass = pass_time(setup, transformer);
 
   CompletionPlan plan;
   plan.limit = static_cast<std::uint64_t>(setup.rungs.limit);
-  plan.gflops = fast / 1e9;
+  plan.gflops = pass.gflops;
   plan.choices = setup.choices;
   double passes = 0;
   for (int step = 0; step < setup.denoise.sampler.steps; ++step) passes += setup.denoise.guided(step) ? 2 : 1;
-  const auto windows = static_cast<double>(setup.windows.size());
-  const double pass_seconds = transformer.flops / job.pass.batch / fast;
-  const double step_bytes = setup.rungs.streamed ? static_cast<double>(folder_bytes(setup.folder.transformer)) : 0;
-  plan.seconds_per_step = windows * pass_seconds * passes / setup.denoise.sampler.steps;
-  const double text_bytes = static_cast<double>(folder_bytes(setup.folder.text_encoder));
+  plan.seconds_per_step =
+      static_cast<double>(setup.windows.size()) * pass.seconds * passes / setup.denoise.sampler.steps;
   plan.stages = {
-      {"encoding", static_cast<std::uint64_t>(encoder.bytes), 2 * encoder.flops / plain},
-      {"text", static_cast<std::uint64_t>(300e6 + text_bytes / 8), 2 * text_bytes * 30 / plain},
+      encoding_stage(setup, convolutions),
+      text_stage(setup, options),
       {"denoising", static_cast<std::uint64_t>(transformer.bytes), plan.seconds_per_step * setup.denoise.sampler.steps},
-      {"decoding", static_cast<std::uint64_t>(decoder.bytes), decoder.flops / plain}};
-  if (step_bytes > 0)
+      {"decoding", static_cast<std::uint64_t>(decoder.bytes), decoder.flops / convolutions}};
+  if (setup.rungs.streamed)
     plan.choices.push_back(
-        fmt::format("each pass reads {:.1f} GiB from disk, unless the system keeps them", gib(step_bytes)));
+        fmt::format("each pass reads {:.1f} GiB from disk, unless the system keeps them; the time that takes is not "
+                    "in the plan",
+                    gib(static_cast<double>(folder_bytes(setup.folder.transformer)))));
   return plan;
 }
 

@@ -18,11 +18,12 @@ PartCost transformer_cost(const TransformerConfig& config, const PassSize& pass,
   const double keys = 2 * floats * blocks * static_cast<double>(pass.text_tokens);
   // What the last step changed and read, by branch.
   const double cached = pass.step_cache ? 2 * floats * static_cast<double>(pass.tokens) * pass.branches : 0;
-  return {estimated_peak_bytes(config, load) + keys * (pass.branches - 1) + cached, estimated_flops(config, load)};
+  return {estimated_peak_bytes(config, load) + keys * (pass.branches - 1) + cached, estimated_flops(config, load),
+          estimated_attention_flops(config, load), estimated_read_bytes(config, load) / load.stored_bytes};
 }
 
 PartCost vae_cost(const VaeConfig& config, const VaeOptions& options, const ClipSize& clip, VaeWay way) {
-  return {estimated_peak_bytes(config, clip, options, way), estimated_flops(config, clip, options, way)};
+  return {estimated_peak_bytes(config, clip, options, way), estimated_flops(config, clip, options, way), 0, 0};
 }
 
 }  // namespace uwv::model

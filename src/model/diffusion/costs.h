@@ -14,6 +14,8 @@ namespace uwv::model {
 struct PartCost {
   double bytes = 0;  ///< Resident at the largest, weights included.
   double flops = 0;
+  double attention_flops = 0;  ///< Of these, where attention is counted apart.
+  double rounded = 0;          ///< Weights that are rounded to another form in each pass.
 };
 
 /// What one pass of the transformer goes over.

@@ -14,7 +14,24 @@ constexpr std::int64_t widened_bytes = 8 << 20;
 
 bool is_int8(LinearForm form) { return form == LinearForm::int8 || form == LinearForm::int8_stored; }
 
+std::int64_t rows_at_once(const at::Tensor& weight) {
+  return std::max<std::int64_t>(64, widened_bytes / 4 / weight.size(1));
+}
+
 }  // namespace
+
+QuantisedWeight quantised(const at::Tensor& weight) {
+  const std::int64_t rows = weight.size(0), step = rows_at_once(weight);
+  QuantisedWeight whole{at::empty(weight.sizes(), at::TensorOptions(at::kChar)),
+                        at::empty({rows}, at::TensorOptions(at::kFloat))};
+  for (std::int64_t begin = 0; begin < rows; begin += step) {
+    const std::int64_t end = std::min(begin + step, rows);
+    const auto [numbers, scales] = quantise_rows(weight.slice(0, begin, end).to(at::kFloat).contiguous());
+    whole.numbers.slice(0, begin, end).copy_(numbers);
+    whole.scales.slice(0, begin, end).copy_(scales);
+  }
+  return whole;
+}
 
 at::ScalarType token_type(LinearForm form) {
   return form == LinearForm::bf16 || form == LinearForm::int8 ? at::kBFloat16 : at::kFloat;
@@ -22,21 +39,44 @@ at::ScalarType token_type(LinearForm form) {
 
 Linear::Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form) : out_(weight.size(0)), form_(form) {
   if (is_int8(form)) {
-    const auto [numbers, scales] = quantise_rows(weight.to(at::kFloat).contiguous());
-    packed_ = form == LinearForm::int8 && int8_product_is_exact();
-    weight_ = packed_ ? pack_int8(numbers) : numbers;
-    scales_ = scales;
+    hold(quantised(weight));
   } else {
     // Rounding to bfloat16 is worth it only where it saves room; the multiplication in bfloat16 wants nothing else.
     const bool round = form == LinearForm::bf16 || (form == LinearForm::bf16_stored && weight.element_size() > 2);
     weight_ = round ? weight.to(at::kBFloat16) : weight;
   }
-  if (bias.defined()) bias_ = bias.to(form == LinearForm::bf16 ? at::kBFloat16 : at::kFloat);
+  set_bias(bias);
 }
 
-Linear::Linear(const WeightFiles& weights, const std::string& prefix, LinearForm form)
-    : Linear(weights.view(prefix + ".weight"),
-             weights.has(prefix + ".bias") ? weights.view(prefix + ".bias") : at::Tensor(), form) {}
+Linear::Linear(const QuantisedWeight& weight, const at::Tensor& bias, LinearForm form)
+    : out_(weight.numbers.size(0)), form_(form) {
+  hold(weight);
+  if (form == LinearForm::bf16) {
+    at::Tensor wide = at::empty(weight.numbers.sizes(), at::TensorOptions(at::kBFloat16));
+    for (std::int64_t begin = 0, step = rows_at_once(weight_); begin < out_; begin += step)
+      wide.slice(0, begin, std::min(begin + step, out_)).copy_(widened(begin, std::min(begin + step, out_)));
+    weight_ = wide;
+    scales_ = at::Tensor();
+  }
+  set_bias(bias);
+}
+
+void Linear::hold(const QuantisedWeight& weight) {
+  packed_ = form_ == LinearForm::int8 && int8_product_is_exact();
+  weight_ = packed_ ? pack_int8(weight.numbers) : weight.numbers;
+  scales_ = weight.scales;
+}
+
+void Linear::set_bias(const at::Tensor& bias) {
+  if (bias.defined()) bias_ = bias.to(form_ == LinearForm::bf16 ? at::kBFloat16 : at::kFloat);
+}
+
+Linear::Linear(const WeightFiles& weights, const std::string& prefix, LinearForm form) {
+  const std::string weight = prefix + ".weight";
+  const at::Tensor bias = weights.has(prefix + ".bias") ? weights.view(prefix + ".bias") : at::Tensor();
+  *this = weights.is_quantised(weight) ? Linear(weights.quantised(weight), bias, form)
+                                       : Linear(weights.view(weight), bias, form);
+}
 
 LinearInput Linear::prepare(const at::Tensor& x) const {
   const at::Tensor rows = x.reshape({-1, x.size(-1)}).contiguous();
@@ -75,7 +115,7 @@ at::Tensor Linear::widened(std::int64_t begin, std::int64_t end) const {
 
 at::Tensor Linear::multiply_widened(const at::Tensor& x, const at::Tensor& bias) const {
   at::Tensor y = at::empty({x.size(0), out_}, x.options());
-  const std::int64_t step = std::max<std::int64_t>(64, widened_bytes / 4 / weight_.size(1));
+  const std::int64_t step = rows_at_once(weight_);
   for (std::int64_t begin = 0; begin < out_; begin += step) {
     const std::int64_t end = std::min(begin + step, out_);
     at::Tensor part = y.slice(1, begin, end);

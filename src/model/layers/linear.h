@@ -21,12 +21,18 @@ struct LinearInput {
   at::ScalarType type;  ///< Of the answer.
 };
 
+/// Rounds a piece at a time, so that a weight of any type is never held in float32 as a whole.
+QuantisedWeight quantised(const at::Tensor& weight);
+
 class Linear {
  public:
   Linear() = default;
   /// `weight` is (out, in), `bias` (out) or undefined. A weight that needs no rounding is kept, not copied: what it
   /// views must outlive the layer.
   Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form);
+  /// The same of a weight that is 8-bit already. It stays so in every form but bf16, whose multiplication wants nothing
+  /// else.
+  Linear(const QuantisedWeight& weight, const at::Tensor& bias, LinearForm form);
   /// Reads prefix + ".weight" and, where there is one, prefix + ".bias".
   Linear(const WeightFiles& weights, const std::string& prefix, LinearForm form);
 
@@ -40,6 +46,8 @@ class Linear {
   bool defined() const { return weight_.defined(); }
 
  private:
+  void hold(const QuantisedWeight& weight);
+  void set_bias(const at::Tensor& bias);
   at::Tensor widened(std::int64_t begin, std::int64_t end) const;
   at::Tensor multiply_widened(const at::Tensor& x, const at::Tensor& bias) const;
 

@@ -3,6 +3,8 @@
 
 #include <ATen/ATen.h>
 
+#include <algorithm>
+
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -45,11 +47,31 @@ void FusedWeights::set_changes(std::vector<WeightedLora> changes) {
   changes_ = std::move(changes);
 }
 
+bool FusedWeights::is_changed(const std::string& name) const {
+  if (!name.ends_with(weight_end)) return false;
+  const std::string layer = name.substr(0, name.size() - weight_end.size());
+  return std::any_of(changes_.begin(), changes_.end(), [&](const WeightedLora& change) {
+    const auto found = change.file.layers().find(layer);
+    return found != change.file.layers().end() && found->second.down.defined();
+  });
+}
+
+bool FusedWeights::stays_quantised(const std::string& name) const {
+  return files_.is_quantised(name) && !is_changed(name);
+}
+
 at::Tensor FusedWeights::tensor(const std::string& name) const {
   const bool is_bias = name.ends_with(bias_end);
   const std::string layer_name = name.substr(0, name.rfind('.') == std::string::npos ? name.size() : name.rfind('.'));
-  at::Tensor result = files_.view(name);
-  bool changed = false;
+  const bool widened = files_.is_quantised(name) && is_changed(name);
+  at::Tensor result;
+  if (widened) {
+    const QuantisedWeight weight = files_.quantised(name);
+    result = weight.numbers.to(at::kFloat).mul_(weight.scales.unsqueeze(1));
+  } else {
+    result = files_.view(name);
+  }
+  bool changed = widened;
   for (const WeightedLora& change : changes_) {
     const auto found = change.file.layers().find(layer_name);
     if (found == change.file.layers().end()) continue;

@@ -26,8 +26,11 @@ class FusedWeights {
   bool has(const std::string& name) const { return files_.has(name); }
   /// As stored and without a copy where nothing changes it; else float32, the sum worked out in float32.
   at::Tensor tensor(const std::string& name) const;
+  /// Whether the weight is stored in 8 bits and nothing changes it: then it is files().quantised().
+  bool stays_quantised(const std::string& name) const;
 
  private:
+  bool is_changed(const std::string& name) const;
   WeightFiles files_;
   std::vector<WeightedLora> changes_;
 };

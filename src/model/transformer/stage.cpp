@@ -2,6 +2,7 @@
 #include "model/transformer/stage.h"
 
 #include "model/transformer/weight_access.h"
+#include "model/weights/freed_memory.h"
 
 namespace uwv::model {
 
@@ -19,8 +20,10 @@ Stages::Stages(const FusedWeights& weights, const TransformerConfig& config, Lin
   if (streamed_) return;
   for (const StageId& id : order_) {
     kept_.push_back(make(id));
-    // Where making a layer rounded its weights, the pages they were read from would count twice.
+    // Where making a layer rounded its weights, the pages they were read from would count twice, and so would what
+    // rounding took.
     release(id);
+    give_back_freed_memory();
   }
 }
 

@@ -9,7 +9,7 @@ namespace uwv::model {
 namespace {
 
 /// libtorch and its threads' room, measured with a model of no size.
-constexpr double program_bytes = 0.3e9;
+constexpr double program_bytes = 0.23e9;
 /// Of weights that are widened a piece at a time, and of one weight while it is rounded.
 constexpr double widened_bytes = 16e6;
 
@@ -71,6 +71,12 @@ double estimated_flops(const TransformerConfig& config, const TransformerLoad& l
   const double ends =
       2 * s.n * s.d * config.patch_values() * (config.in_channels + config.out_channels) + 14 * s.d * s.d;
   return s.batch * (s.blocks * (self + text + feed_forward) + hints + references + ends);
+}
+
+double estimated_attention_flops(const TransformerConfig& config, const TransformerLoad& load) {
+  load.check();
+  const Sizes s(config, load);
+  return s.batch * 4 * s.n * s.d * (s.blocks * (s.n + s.text) + s.references * s.reference);
 }
 
 double estimated_weight_bytes(const TransformerConfig& config, const TransformerLoad& load) {

@@ -27,6 +27,9 @@ struct TransformerLoad {
 /// out.
 double estimated_flops(const TransformerConfig& config, const TransformerLoad& load);
 
+/// Those of them that attention makes: products of queries with keys, and of values with what comes out.
+double estimated_attention_flops(const TransformerConfig& config, const TransformerLoad& load);
+
 /// Bytes of the weights while a step runs: all of them, or, streamed, the largest block and what lies outside the
 /// blocks.
 double estimated_weight_bytes(const TransformerConfig& config, const TransformerLoad& load);

@@ -11,7 +11,10 @@ namespace uwv::model {
 
 /// prefix + ".weight" and ".bias".
 inline Linear linear(const FusedWeights& weights, const std::string& prefix, LinearForm form) {
-  return {weights.tensor(prefix + ".weight"), weights.tensor(prefix + ".bias"), form};
+  const std::string weight = prefix + ".weight";
+  const at::Tensor bias = weights.tensor(prefix + ".bias");
+  if (weights.stays_quantised(weight)) return {weights.files().quantised(weight), bias, form};
+  return {weights.tensor(weight), bias, form};
 }
 
 inline at::Tensor as_float(const FusedWeights& weights, const std::string& name) {

@@ -208,6 +208,18 @@ void WeightFiles::rename(const std::function<std::string(const std::string&)>& r
 }
 
 at::Tensor WeightFiles::view(const std::string& name) const {
+  if (is_quantised(name))
+    fail(ErrorCode::value_invalid,
+         "{}: tensor '{}' is held in 8 bits, which only the layers' own matrices may be; convert the checkpoint anew",
+         path_, io::printable(name));
+  return stored(name);
+}
+
+QuantisedWeight WeightFiles::quantised(const std::string& name) const {
+  return {stored(name), stored(scales_name(name))};
+}
+
+at::Tensor WeightFiles::stored(const std::string& name) const {
   const Entry& e = entry(name);
   const auto type = scalar_type(info(name).dtype, fmt::format("{}: tensor '{}'", path_, name));
   const auto stored = files_[e.file].bytes(e.stored_name);
@@ -250,8 +262,8 @@ std::vector<std::string> WeightFiles::check(const TensorShapes& wanted) const {
   for (const auto& [name, shape_wanted] : wanted) {
     if (!has(name))
       missing.push_back(name);
-    else if (shape(name) != shape_wanted)
-      misshaped.push_back(fmt::format("{} {} instead of {}", name, shape_text(shape(name)), shape_text(shape_wanted)));
+    else if (const std::string complaint = misfit(name, shape_wanted); !complaint.empty())
+      misshaped.push_back(complaint);
   }
   std::string complaint;
   if (!missing.empty()) complaint += fmt::format("lacks {} tensors: {}", missing.size(), listed(missing));
@@ -261,8 +273,27 @@ std::vector<std::string> WeightFiles::check(const TensorShapes& wanted) const {
   if (!complaint.empty())
     fail(ErrorCode::value_invalid, "{}: {}; is config.json the one of these weights?", path_, complaint);
   for (const auto& [name, e] : entries_)
-    if (!wanted.contains(name)) extra.push_back(name);
+    if (const std::string weight = name.substr(0, name.rfind('.'));
+        !wanted.contains(name) && !(wanted.contains(weight) && name == scales_name(weight)))
+      extra.push_back(name);
   return extra;
+}
+
+/// How a tensor differs from what is wanted of it; empty when it does not.
+std::string WeightFiles::misfit(const std::string& name, const std::vector<std::int64_t>& wanted) const {
+  if (shape(name) != wanted)
+    return fmt::format("{} {} instead of {}", name, shape_text(shape(name)), shape_text(wanted));
+  const bool whole_numbers = info(name).dtype == DType::i8;
+  const std::string scales = scales_name(name);
+  if (whole_numbers != has(scales))
+    return whole_numbers ? fmt::format("{} of I8 without {}", name, scales)
+                         : fmt::format("{} beside {} of {}", scales, name, to_string(info(name).dtype));
+  if (!whole_numbers) return "";
+  if (wanted.size() != 2) return fmt::format("{} of I8, which only matrices may be", name);
+  if (info(scales).dtype != DType::f32 || shape(scales) != std::vector<std::int64_t>{wanted[0]})
+    return fmt::format("{} {} of {} instead of [{}] of F32", scales, shape_text(shape(scales)),
+                       to_string(info(scales).dtype), wanted[0]);
+  return "";
 }
 
 }  // namespace uwv::model

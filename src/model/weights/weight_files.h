@@ -19,6 +19,15 @@ namespace uwv::model {
 /// What a network wants: names with shapes.
 using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
 
+/// A weight in 8-bit whole numbers: weight ~ numbers * the scale of their row.
+struct QuantisedWeight {
+  at::Tensor numbers;  ///< (out, in) int8
+  at::Tensor scales;   ///< (out) float32
+};
+
+/// What the scales of a weight are stored as beside it: type F32, one a row.
+inline std::string scales_name(const std::string& weight) { return weight + ".row_scales"; }
+
 class WeightFiles {
  public:
   /// `path` is a safetensors file, or a folder with (in this order) an "*.safetensors.index.json" and its shards, a
@@ -43,7 +52,12 @@ class WeightFiles {
 
   /// The stored numbers in their own type, without a copy where their alignment allows it. They are mapped read-only:
   /// writing to the tensor ends the program. Valid while any copy of this object lives.
+  /// Throws Error(value_invalid) for a weight that is_quantised(): its numbers mean nothing without their scales.
   at::Tensor view(const std::string& name) const;
+  /// Whether the weight has scales beside it, as `uwv_app model convert` writes them; and it, numbers as view() gives
+  /// them. Valid after check().
+  bool is_quantised(const std::string& name) const { return has(scales_name(name)); }
+  QuantisedWeight quantised(const std::string& name) const;
   /// The numbers as `type`, on the CPU, in memory of their own.
   at::Tensor load(const std::string& name, at::ScalarType type) const;
 
@@ -62,6 +76,8 @@ class WeightFiles {
     std::string stored_name;
   };
   const Entry& entry(const std::string& name) const;
+  at::Tensor stored(const std::string& name) const;
+  std::string misfit(const std::string& name, const std::vector<std::int64_t>& wanted) const;
   void refuse_scaled() const;
 
   std::string path_;

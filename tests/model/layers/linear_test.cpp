@@ -4,6 +4,7 @@
 #include <ATen/ATen.h>
 #include <gtest/gtest.h>
 
+#include "model/layers/token_kernels.h"
 #include "model/layers/torch_scope.h"
 #include "model/tensor_support.h"
 
@@ -95,6 +96,31 @@ TEST(Linear, ALayerWithoutBiasIsAllowed) {
   const Case c = random_case(3, 32, 16);
   for (const LinearForm form : forms)
     EXPECT_LT(relative_error(Linear(c.weight, {}, form)(c.x), c.exact - c.bias), 2 * allowed(form)) << to_string(form);
+}
+
+TEST(Linear, RoundingPieceByPieceIsRoundingAtOnce) {
+  const TorchScope scope(1);
+  const Case c = random_case(1, 40000, 130);
+  for (const auto type : {at::kFloat, at::kBFloat16, at::kHalf}) {
+    const at::Tensor stored = c.weight.to(type);
+    const auto [numbers, scales] = quantise_rows(stored.to(at::kFloat));
+    const QuantisedWeight pieces = quantised(stored);
+    EXPECT_TRUE(at::equal(pieces.numbers, numbers)) << type;
+    EXPECT_TRUE(at::equal(pieces.scales, scales)) << type;
+  }
+}
+
+TEST(Linear, AWeightThatIs8BitAlreadyGivesTheSameBitsAsOneRoundedHere) {
+  const TorchScope scope(1);
+  const Case c = random_case(5, 64, 96);
+  const QuantisedWeight stored = quantised(c.weight);
+  for (const LinearForm form : {LinearForm::int8_stored, LinearForm::int8})
+    EXPECT_TRUE(at::equal(Linear(stored, c.bias, form)(c.x), Linear(c.weight, c.bias, form)(c.x))) << to_string(form);
+  const at::Tensor wide = stored.numbers.to(at::kFloat) * stored.scales.unsqueeze(1);
+  for (const LinearForm form : {LinearForm::f32, LinearForm::bf16_stored, LinearForm::bf16})
+    EXPECT_TRUE(near(Linear(stored, c.bias, form)(c.x), Linear(wide, c.bias, LinearForm::f32)(c.x),
+                     form == LinearForm::bf16 ? 0.1 : 1e-4))
+        << to_string(form);
 }
 
 TEST(Linear, LayersOfOneFormShareWhatTheyRead) {

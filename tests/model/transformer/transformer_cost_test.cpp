@@ -20,6 +20,18 @@ TEST(TransformerCost, AStepIsTwoFlopsAWeightAndTokenPlusAttention) {
   EXPECT_NEAR(estimated_flops(config, small_clip()) / (1950 * (2 * weights + attention)), 1, 0.001);
 }
 
+TEST(TransformerCost, AttentionIsTheShareThatGrowsWithTheSquare) {
+  const TransformerConfig config = TransformerConfig::wan_14b();
+  TransformerLoad load = small_clip(), twice = load;
+  twice.tokens = 2 * load.tokens;
+  const auto rest = [&](const TransformerLoad& l) {
+    return estimated_flops(config, l) - estimated_attention_flops(config, l);
+  };
+  EXPECT_NEAR(rest(twice) / rest(load), 2, 0.001);
+  load.text_tokens = twice.text_tokens = 1;
+  EXPECT_NEAR(estimated_attention_flops(config, twice) / estimated_attention_flops(config, load), 4, 0.01);
+}
+
 TEST(TransformerCost, ReferenceTokensCostOnlyWhereThereIsABranch) {
   TransformerLoad load = small_clip(), with = load;
   with.reference_tokens = 390;

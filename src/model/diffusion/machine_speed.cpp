@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/diffusion/machine_speed.h"
+
+#include <ATen/ATen.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "model/layers/linear.h"
+#include "model/vae/frame_conv.h"
+
+namespace uwv::model {
+namespace {
+
+/// Long enough to even out, short enough that a plan is there at once.
+constexpr double measured_seconds = 0.2;
+/// Beyond these sizes speed no longer changes, and weights would take long to make.
+constexpr std::int64_t most_width = 2048, most_tokens = 2048;
+
+/// Calls a second.
+template <class Work>
+double rate(const Work& work) {
+  work();  // the first call sets the library up
+  const auto start = std::chrono::steady_clock::now();
+  std::chrono::duration<double> passed{};
+  int calls = 0;
+  do {
+    work();
+    ++calls;
+    passed = std::chrono::steady_clock::now() - start;
+  } while (passed.count() < measured_seconds);
+  return calls / passed.count();
+}
+
+}  // namespace
+
+double linear_speed(LinearForm form, std::int64_t width) {
+  constexpr std::int64_t tokens = 1024;
+  const std::int64_t side = std::min(width, most_width);
+  const Linear layer(at::full({side, side}, 0.01), {}, form);
+  const at::Tensor x = at::ones({tokens, side}, token_type(form));
+  return 2.0 * static_cast<double>(tokens * side * side) * rate([&] { layer(x); });
+}
+
+double attention_speed(LinearForm form, std::int64_t head_dim, std::int64_t tokens) {
+  constexpr std::int64_t heads = 4;
+  const std::int64_t n = std::clamp<std::int64_t>(tokens, 64, most_tokens);
+  const at::Tensor x = at::ones({1, heads, n, head_dim}, token_type(form));
+  return 4.0 * static_cast<double>(heads * n * n * head_dim) * rate([&] { at::scaled_dot_product_attention(x, x, x); });
+}
+
+double convolution_speed(VaePrecision precision) {
+  constexpr std::int64_t channels = 192, side = 96, kernel = 3;  // as in the middle of the decoder
+  const auto type = resolved(precision) == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
+  const FrameConv conv(at::full({channels, channels, kernel, kernel}, 0.01, type), {}, FrameConv::Edge::same);
+  const at::Tensor frame = at::ones({side, side, channels}, type);
+  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { conv(frame); });
+}
+
+double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width) {
+  const std::int64_t side = std::min(width, most_width);
+  const at::Tensor weight = at::full({side, side}, 0.01).to(stored_bytes == 4 ? at::kFloat : at::kBFloat16);
+  if (stored_bytes == 1) {
+    const QuantisedWeight stored = quantised(weight);
+    return static_cast<double>(side * side) * rate([&] { Linear(stored, {}, form); });
+  }
+  return static_cast<double>(side * side) * rate([&] { Linear(weight, {}, form); });
+}
+
+}  // namespace uwv::model
