@@ -95,6 +95,8 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
       measure_ladder);
   clip_flags(ladder, *options);
   ladder.add_option("--transformer", options->transformer, "Its transformer, where that lies elsewhere");
+  ladder.add_option("--prompt-embeds", options->prompt_embeds,
+                    "Safetensors with prompt_embeds and negative_prompt_embeds, where there is no text encoder");
   ladder.add_option("--plot", options->plot, "Also draw into this SVG file");
 }
 

@@ -18,10 +18,11 @@ struct ModelBenchOptions {
   std::string dtype = "bf16";   ///< Of the weights that are made.
   int layers = 0;               ///< Of a transformer that is made; 0 = as published.
   std::uint64_t seed = 1;
-  std::string out;          ///< Folder the weights are written into.
-  std::string model;        ///< Folder of the weights that are timed.
-  std::string transformer;  ///< Folder of the transformer where that is elsewhere.
-  std::string plot;         ///< SVG file to draw into.
+  std::string out;            ///< Folder the weights are written into.
+  std::string model;          ///< Folder of the weights that are timed.
+  std::string transformer;    ///< Folder of the transformer where that is elsewhere.
+  std::string prompt_embeds;  ///< Encoded prompts, where there is no text encoder.
+  std::string plot;           ///< SVG file to draw into.
   int width = 416, height = 240, frames = 17;
   int ref_frames = 0;    ///< Of the reference video; 0 = none.
   int text_tokens = 40;  ///< Of the prompt, of 512.

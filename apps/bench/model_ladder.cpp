@@ -106,6 +106,7 @@ std::vector<Table> measure_ladder(const ModelBenchOptions& options) {
   exact.model = options.model;
   exact.transformer = options.transformer;
   exact.prompt = "a street at night";
+  exact.prompt_embeds = options.prompt_embeds;
   exact.sampler = model::SamplerKind::unipc;
   exact.steps = 50;
   exact.guidance = 4;
