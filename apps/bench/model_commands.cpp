@@ -75,7 +75,8 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
       "vae", "The autoencoder, each way of running it; example: uwv_bench model vae --model DIR --forms f32,bf16/2",
       time_vae);
   clip_flags(vae, *options);
-  vae.add_option("--forms", options->forms, "f32, bf16, auto, each with /N for N bands; errors are against the first")
+  vae.add_option("--forms", options->forms,
+                 "f32, bf16, auto, direct (f32 by plain sums), each with /N for N bands; errors are against the first")
       ->delimiter(',')
       ->required();
   vae.add_option("--ways", options->ways, "decode, encode")->delimiter(',')->capture_default_str();

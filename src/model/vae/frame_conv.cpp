@@ -9,6 +9,9 @@
 namespace uwv::model {
 namespace {
 
+/// Channels that oneDNN works on at once; fewer take as long.
+constexpr std::int64_t library_channels = 16;
+
 /// (H, W, C) as the (1, C, H, W) that convolutions take; the numbers stay where they are.
 at::Tensor as_picture(const at::Tensor& frame) { return frame.permute({2, 0, 1}).unsqueeze(0); }
 at::Tensor as_frame(const at::Tensor& picture) { return picture.squeeze(0).permute({1, 2, 0}).contiguous(); }
@@ -63,12 +66,41 @@ void FrameConv::add_to(at::Tensor& sum, const at::Tensor& frame, RowEdge rows) c
 }
 
 CausalConv::CausalConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how) {
-  const at::Tensor weight = weights.view(prefix + ".weight");
+  const at::Tensor stored = weights.view(prefix + ".weight");
   const at::Tensor bias = weights.load(prefix + ".bias", how.type);
-  for (std::int64_t back = 0; back < 3; ++back)
-    taps_[back] = FrameConv(weight.select(2, 2 - back).to(how.type), back == 0 ? bias : at::Tensor(),
-                            FrameConv::Edge::same, how.winograd);
+  const auto tap = [&](std::int64_t back) { return stored.select(2, 2 - back).to(how.type); };
+  const auto conv = [&](const at::Tensor& weight, bool with_bias) {
+    return FrameConv(weight, with_bias ? bias : at::Tensor(), FrameConv::Edge::same, how.winograd);
+  };
+  const std::int64_t results = stored.size(0), channels = stored.size(1);
+  if (3 * results <= channels) {
+    form_ = Form::in_shares;
+    bias_ = bias;
+    taps_[0] = conv(at::cat({tap(0), tap(1), tap(2)}, 0), false);
+  } else if (3 * channels <= library_channels) {
+    form_ = Form::side_by_side;
+    taps_[0] = conv(tap(0), true);
+    taps_[1] = conv(at::cat({tap(0), tap(1)}, 1), true);
+    taps_[2] = conv(at::cat({tap(0), tap(1), tap(2)}, 1), true);
+  } else {
+    for (std::int64_t back = 0; back < 3; ++back) taps_[back] = conv(tap(back), back == 0);
+  }
   weights.release(prefix + ".weight");
+}
+
+at::Tensor CausalConv::side_by_side(const FrameHistory& history, RowEdge rows) const {
+  std::vector<at::Tensor> seen;
+  for (std::size_t back = 0; back < history.size(); ++back) seen.push_back(history.frame(back));
+  return taps_[history.size() - 1](at::cat(seen, 2), rows);
+}
+
+at::Tensor CausalConv::in_shares(FrameHistory& history, FramePool& pool, RowEdge rows) const {
+  history.replace_newest(pool.copy_of(taps_[0](history.frame(0), rows)), pool);
+  const std::int64_t results = bias_.size(0);
+  at::Tensor sum = history.frame(0).narrow(2, 0, results) + bias_;
+  for (std::size_t back = 1; back < history.size(); ++back)
+    sum.add_(history.frame(back).narrow(2, static_cast<std::int64_t>(back) * results, results));
+  return sum;
 }
 
 void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const {
@@ -79,6 +111,11 @@ void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, bool add
 }
 
 at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool, RowEdge rows) const {
+  if (form_ != Form::by_frame) {
+    at::Tensor sum = form_ == Form::in_shares ? in_shares(history, pool, rows) : side_by_side(history, rows);
+    history.keep(2, pool);
+    return sum;
+  }
   const at::Tensor& newest = history.frame(0);
   const std::int64_t height = newest.size(0) - (rows == RowEdge::carried && taps_[0].weight().size(2) == 3 ? 2 : 0);
   if (taps_[0].by_winograd(height * newest.size(1))) {
@@ -94,6 +131,10 @@ at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool, RowEdg
 }
 
 void CausalConv::add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows) const {
+  if (form_ != Form::by_frame) {
+    sum.add_((*this)(history, pool, rows));
+    return;
+  }
   if (sum.is_contiguous() && taps_[0].by_winograd(sum.size(0) * sum.size(1)))
     convolve(sum, history, true, rows);
   else

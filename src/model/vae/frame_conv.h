@@ -63,22 +63,38 @@ class FrameConv {
 };
 
 /// Sheet model.md, 7: a kernel of (3, k, k) that sees the current frame and the two before.
+///
+/// The network's ends are run otherwise, because a library fills few channels up to its own number. Few inputs: the
+/// three frames' channels are put side by side, for one convolution. Few results: one convolution of the newest frame
+/// gives its share in three results, and these shares are remembered instead of the frame: of the decoder's 96 channels
+/// at full size, nine.
 class CausalConv {
  public:
   CausalConv() = default;
   /// Reads prefix + ".weight" (O, C, 3, k, k) and ".bias" (O).
   CausalConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
 
-  std::int64_t results() const { return taps_[0].results(); }
+  std::int64_t results() const { return form_ == Form::in_shares ? bias_.size(0) : taps_[0].results(); }
   /// The answer for the newest frame of `history`, of which it keeps the newest two.
   at::Tensor operator()(FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
   void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
 
  private:
+  enum class Form {
+    by_frame,      ///< Each frame by its own tap.
+    side_by_side,  ///< Few inputs.
+    in_shares,     ///< Few results.
+  };
   /// By Winograd, all frames at once.
   void convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const;
+  at::Tensor side_by_side(const FrameHistory& history, RowEdge rows) const;
+  at::Tensor in_shares(FrameHistory& history, FramePool& pool, RowEdge rows) const;
 
-  FrameConv taps_[3];  ///< By how many frames back; the bias is with the newest.
+  Form form_ = Form::by_frame;
+  /// By how many frames back, the bias with the newest; side by side: by how many frames there are before the newest;
+  /// in shares: the first alone, (3 O, C, k, k), results of the newest tap first.
+  FrameConv taps_[3];
+  at::Tensor bias_;  ///< In shares.
 };
 
 /// A convolution of one pixel, which is a linear layer.

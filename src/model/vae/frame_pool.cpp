@@ -19,6 +19,11 @@ at::Tensor FramePool::copy_of(const at::Tensor& frame) {
 
 void FramePool::give(at::Tensor frame) { idle_[frame.sizes().vec()].push_back(std::move(frame)); }
 
+void FrameHistory::replace_newest(at::Tensor frame, FramePool& pool) {
+  pool.give(std::move(frames_.back()));
+  frames_.back() = std::move(frame);
+}
+
 void FrameHistory::keep(std::size_t count, FramePool& pool) {
   while (frames_.size() > count) {
     pool.give(std::move(frames_.front()));

@@ -34,6 +34,8 @@ class FrameHistory {
   std::size_t size() const { return frames_.size(); }
   const at::Tensor& frame(std::size_t back) const { return frames_[frames_.size() - 1 - back]; }
   void push(at::Tensor frame) { frames_.push_back(std::move(frame)); }
+  /// Remembers `frame`, of the pool, in the newest one's place, which goes back.
+  void replace_newest(at::Tensor frame, FramePool& pool);
   /// Gives all but the newest `count` back.
   void keep(std::size_t count, FramePool& pool);
 
