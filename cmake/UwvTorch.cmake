@@ -52,6 +52,16 @@ if(NOT uwv_torch_new_strings)
   return()
 endif()
 
+# A libtorch for GPUs has what runs there in libraries of their own, which nothing refers to by name: they register
+# themselves when they are loaded.
+set(uwv_torch_devices "")
+foreach(name IN ITEMS torch_cuda torch_hip torch_xpu)
+  if(EXISTS "${uwv_torch_root}/lib/lib${name}.so")
+    list(APPEND uwv_torch_devices
+      "-Wl,--push-state,--no-as-needed,${uwv_torch_root}/lib/lib${name}.so,--pop-state")
+  endif()
+endforeach()
+
 add_library(uwv_torch INTERFACE IMPORTED GLOBAL)
 set_target_properties(uwv_torch PROPERTIES
   UWV_ROOT "${uwv_torch_root}"
@@ -59,7 +69,7 @@ set_target_properties(uwv_torch PROPERTIES
   INTERFACE_COMPILE_DEFINITIONS "_GLIBCXX_USE_CXX11_ABI=1;FMT_HEADER_ONLY=1"
   INTERFACE_INCLUDE_DIRECTORIES "${uwv_torch_root}/include;${uwv_torch_root}/include/torch/csrc/api/include"
   INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${uwv_torch_root}/include;${uwv_torch_root}/include/torch/csrc/api/include"
-  INTERFACE_LINK_LIBRARIES "${uwv_torch_root}/lib/libtorch_cpu.so;${uwv_torch_root}/lib/libc10.so"
+  INTERFACE_LINK_LIBRARIES "${uwv_torch_root}/lib/libtorch_cpu.so;${uwv_torch_root}/lib/libc10.so;${uwv_torch_devices}"
   # Programs find torch where it is; its CUDA helpers are found by torch's own search path only. libtorch comes before all
   # other libraries, as an option: the loader gives its matrix products to the first BLAS it meets, and behind the
   # system's they take ten times as long (uwv/core/matrix_library.h).

@@ -6,6 +6,7 @@
 #include "uwv/core/error.h"
 #include "uwv/core/matrix_library.h"
 #include "uwv/core/processor.h"
+#include "uwv/model/compute_devices.h"
 #include "uwv/pipeline/environment.h"
 
 namespace uwv::app {
@@ -21,6 +22,21 @@ std::string matrix_products() {
   const MatrixLibrary library = matrix_library();
   if (library.replaced()) return fmt::format("by {} instead of libtorch's own: float32 is slow", library.used);
   return library.used.empty() ? "no library is loaded for them" : "by " + library.used;
+}
+
+/// What --device can be.
+std::string model_devices() {
+#ifdef UWV_APP_WITH_MODEL
+  std::string text;
+  for (const ComputeDevice& device : compute_devices()) {
+    text += (text.empty() ? "" : ", ") + device.name;
+    if (device.free_bytes)
+      text += fmt::format(" ({:.1f} GiB free)", static_cast<double>(*device.free_bytes) / (1024.0 * 1024 * 1024));
+  }
+  return text;
+#else
+  return "none";
+#endif
 }
 
 bool has_gpu() {
@@ -54,10 +70,11 @@ std::string doctor_report() {
                                    : "no: built without libtorch, which scripts/setup fetches");
 
   const ProcessorUnits units = processor_units();
-  text += fmt::format("video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
-                      has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches",
-                      "weights bf16", units.bf16() ? "fast here" : "slow here: take bf16_stored", "weights int8",
-                      units.int8() ? "fast here" : "slow here: take int8_stored", "products", matrix_products());
+  text += fmt::format(
+      "video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
+      has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches", "--device",
+      model_devices(), "weights bf16", units.bf16() ? "fast here" : "slow here: take bf16_stored", "weights int8",
+      units.int8() ? "fast here" : "slow here: take int8_stored", "products", matrix_products());
 
   text += "video\n";
   for (const Capability& encoder : encoders())

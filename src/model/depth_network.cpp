@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "uwv/model/depth_network.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,6 +13,7 @@
 #include "model/script_module.h"
 #include "model/video_windows.h"
 #include "uwv/core/depth.h"
+#include "uwv/core/peak_memory.h"
 
 namespace uwv {
 namespace {
@@ -22,12 +21,6 @@ namespace {
 using namespace model;
 
 constexpr std::string_view stage = "depth network";
-
-std::uint64_t peak_bytes_so_far() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
 
 Size common_size(std::span<const ImageRgb> frames) {
   require(!frames.empty() && !frames[0].empty(), "a depth network needs at least one frame with pixels");
@@ -194,7 +187,7 @@ DepthNetworkResult TorchDepthNetwork::run(std::span<const ImageRgb> frames, cons
   remark(readings, result, monitor);
   deliver(job, std::move(readings), pool);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  result.peak_bytes = peak_bytes_so_far();
+  result.peak_bytes = peak_memory();
   return result;
 }
 

@@ -5,6 +5,6 @@
 
 namespace uwv::model {
 
-std::string shape_text(const FloatTensor& tensor) { return fmt::format("[{}]", fmt::join(tensor.shape, ", ")); }
+std::string shape_text(const std::vector<std::int64_t>& shape) { return fmt::format("[{}]", fmt::join(shape, ", ")); }
 
 }  // namespace uwv::model

@@ -15,6 +15,6 @@ struct FloatTensor {
 };
 
 /// As Python would print it, "[1, 3, 518, 518]".
-std::string shape_text(const FloatTensor& tensor);
+std::string shape_text(const std::vector<std::int64_t>& shape);
 
 }  // namespace uwv::model

@@ -58,7 +58,7 @@ const FloatTensor& NetworkOutput::tensor(std::string_view role) const {
 void NetworkOutput::refuse(std::string_view role, const FloatTensor& found, std::string_view wanted) const {
   fail(ErrorCode::value_invalid,
        "{}: what 'outputs/{}' in {} points at has the shape {}; for {} frame{} {} is wanted; is it another output?",
-       model_path_, role, manifest_.path, shape_text(found), frames_, frames_ == 1 ? "" : "s", wanted);
+       model_path_, role, manifest_.path, shape_text(found.shape), frames_, frames_ == 1 ? "" : "s", wanted);
 }
 
 std::vector<FloatMap> NetworkOutput::maps(std::string_view role) const {

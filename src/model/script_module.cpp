@@ -162,7 +162,7 @@ ModuleOutputs ScriptModule::forward(std::span<const FloatTensor> inputs, TensorT
   const auto no_memory = [&] {
     fail(ErrorCode::out_of_memory,
          "{}: memory ran out for an input of {}; fewer pixels ('input' in the manifest) or frames need less", path_,
-         shape_text(inputs.front()));
+         shape_text(inputs.front().shape));
   };
   try {
     std::vector<c10::IValue> arguments;
@@ -182,7 +182,7 @@ ModuleOutputs ScriptModule::forward(std::span<const FloatTensor> inputs, TensorT
     if (std::string_view(error.what()).find("DefaultCPUAllocator") != std::string_view::npos) no_memory();
     fail(ErrorCode::value_invalid,
          "{}: the network failed on an input of {} ({}); compare 'input' in the manifest with how it was exported",
-         path_, shape_text(inputs.front()), first_words(error));
+         path_, shape_text(inputs.front().shape), first_words(error));
   }
   return {};
 }

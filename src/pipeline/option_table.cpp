@@ -239,6 +239,7 @@ std::vector<Option> ladder_options() {
       option("window_frames", &M::window_frames, "N",
              "frames denoised at once, 1 + 4k; longer clips take several windows"),
       option("window_overlap", &M::window_overlap, "N", "frames that windows share, 4k"),
+      option("device", &M::device, "NAME", "where the model runs: cpu, or cuda, cuda:N where libtorch has it"),
       option("memory_limit", &M::memory_limit, "BYTES",
              "such as 16G: what is auto is chosen to fit; unset: the machine's"),
       option("weights", &M::weights, "NAME",

@@ -80,7 +80,8 @@ struct ModelOptions {
   int window_overlap = 20;        ///< Frames windows share, 4k.
 
   // -- memory and time -----------------------------------------------------------------------------------------------
-  std::string memory_limit;  ///< Such as 16G. What is automatic below is chosen to fit. Empty: what the machine has.
+  std::string device = "cpu";  ///< Where the model runs: cpu, or cuda, cuda:N and the like where libtorch has them.
+  std::string memory_limit;    ///< Such as 16G. What is automatic below is chosen to fit. Empty: what the device has.
   WeightsForm weights = WeightsForm::automatic;
   StreamChoice stream = StreamChoice::automatic;
   VaeNumbers vae_precision = VaeNumbers::f32;

@@ -2,7 +2,6 @@
 #include "model/diffusion/completion_job.h"
 
 #include <ATen/ATen.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,17 +11,12 @@
 #include "model/diffusion/noise.h"
 #include "model/vae/tiny_vae.h"
 #include "uwv/core/matrix_library.h"
+#include "uwv/core/peak_memory.h"
 
 namespace uwv::model {
 namespace {
 
 constexpr int preview_scale = 4;  // pixels a latent: half the picture's size
-
-std::uint64_t peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
 
 }  // namespace
 
@@ -52,7 +46,7 @@ void CompletionJob::timed(const char* name, Work work) {
   const auto start = std::chrono::steady_clock::now();
   work();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  summary_.stages.push_back({name, seconds.count(), peak_bytes()});
+  summary_.stages.push_back({name, seconds.count(), peak_memory()});
 }
 
 void CompletionJob::encode() {
@@ -73,7 +67,7 @@ void CompletionJob::encode() {
 void CompletionJob::embed() {
   const bool guided = setup_.denoise.guided(0);
   if (!guided) skip("negative prompt: without guidance nothing is led away from it");
-  text_ = embed_prompts(options_, setup_.folder, guided, monitor_);
+  text_ = embed_prompts(options_, setup_.folder, guided, setup_.device, monitor_);
 }
 
 /// `wanted` are the clip's tokens that may not be left out; undefined = all.
@@ -87,7 +81,7 @@ DenoiseWindow CompletionJob::make_window(const WanTransformer& network, std::siz
   const at::Tensor here = wanted.defined() ? wanted.narrow(0, place.first, place.count) : at::Tensor();
   if (here.defined() && !here.all().item<bool>()) {
     inputs.kept = places_of(here);
-    left_out = latents_of_tokens(here.logical_not());
+    left_out = latents_of_tokens(here.logical_not()).to(setup_.device);
     skip(fmt::format("{} of {} tokens in window {}: skip_known", here.numel() - inputs.kept.numel(), here.numel(),
                      k + 1));
   }
@@ -115,11 +109,12 @@ void CompletionJob::show_preview(const LatentColours& colours, const std::option
   if (!out_.preview) return;
   const std::int64_t middle = step.noiseless.size(2) / 2;
   out_.preview(fast ? decoded_picture(*fast, step.noiseless, middle)
-                    : colours.picture(step.noiseless, middle, preview_scale));
+                    : colours.picture(step.noiseless.narrow(2, middle, 1).cpu(), 0, preview_scale));
 }
 
 void CompletionJob::denoise() {
   TransformerOptions options;
+  options.device = setup_.device;
   options.form = setup_.rungs.form;
   options.streamed = setup_.rungs.streamed;
   for (const auto& [path, weight] : setup_.folder.loras) options.loras.push_back({LoraFile::open(path), weight});
@@ -141,8 +136,9 @@ void CompletionJob::denoise() {
   std::optional<TinyVae> fast;
   if (out_.preview && !options_.vae_fast.empty()) fast = TinyVae::open(options_.vae_fast, setup_.rungs.vae);
   const auto start = std::chrono::steady_clock::now();
-  latents_ = model::denoise(seeded_noise(known.sizes(), static_cast<std::uint64_t>(options_.seed)), windows, known,
-                            setup_.denoise, [&](const DenoiseStep& step) { show_preview(colours, fast, step); });
+  const at::Tensor noise = seeded_noise(known.sizes(), static_cast<std::uint64_t>(options_.seed));
+  latents_ = model::denoise(noise.to(setup_.device), windows, known.to(setup_.device), setup_.denoise,
+                            [&](const DenoiseStep& step) { show_preview(colours, fast, step); });
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   summary_.windows = static_cast<int>(windows.size());
   summary_.steps = setup_.denoise.sampler.steps;

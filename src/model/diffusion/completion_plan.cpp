@@ -38,11 +38,12 @@ constexpr double beside_products = 1.2;
 PassTime pass_time(const CompletionSetup& setup, const PartCost& cost) {
   const LinearForm form = setup.rungs.form;
   const PassSize& pass = setup.job.pass;
-  const double layers = linear_speed(form, setup.config.dim());
-  const double attention = attention_speed(form, setup.config.head_dim, pass.tokens);
+  const double layers = linear_speed(form, setup.config.dim(), setup.device);
+  const double attention = attention_speed(form, setup.config.head_dim, pass.tokens, setup.device);
   double seconds = beside_products * ((cost.flops - cost.attention_flops) / layers + cost.attention_flops / attention);
   if (cost.rounded > 0)
-    seconds += cost.rounded / rounding_speed(form, static_cast<int>(size_of(pass.stored)), setup.config.dim());
+    seconds +=
+        cost.rounded / rounding_speed(form, static_cast<int>(size_of(pass.stored)), setup.config.dim(), setup.device);
   return {layers / 1e9, seconds / pass.batch};
 }
 
@@ -83,7 +84,7 @@ CompletionPlan plan_completion(const ModelOptions& options, Size size, long fram
   const JobSize& job = setup.job;
   const PartCost transformer = transformer_cost(setup.config, job.pass, setup.rungs.form, setup.rungs.streamed);
   const PartCost decoder = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::decode);
-  const double convolutions = convolution_speed(setup.rungs.vae.precision);
+  const double convolutions = convolution_speed(setup.rungs.vae.precision, setup.device);
   const PassTime pass = pass_time(setup, transformer);
 
   CompletionPlan plan;

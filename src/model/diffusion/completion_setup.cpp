@@ -5,6 +5,7 @@
 #include <map>
 
 #include "model/diffusion/conditioning.h"
+#include "model/layers/compute_device.h"
 #include "model/sampling/scheduler_config.h"
 #include "model/vae/tiny_vae.h"
 #include "model/weights/weight_files.h"
@@ -61,6 +62,7 @@ CompletionSetup set_up(const ModelOptions& options, Size size, long frames) {
   require(frames >= 1 && size.width >= 1 && size.height >= 1, "a clip of {} frames of {}x{} pixels cannot be completed",
           frames, size.width, size.height);
   CompletionSetup setup;
+  setup.device = compute_device(options.device);
   setup.folder = CheckpointFolder::find(options);
   setup.config = TransformerConfig::read(setup.folder.transformer);
   setup.vae = VaeConfig::read(setup.folder.vae + "/config.json");
@@ -71,7 +73,7 @@ CompletionSetup set_up(const ModelOptions& options, Size size, long frames) {
   setup.job = {{whole_frames(frames), whole_side(size.height), whole_side(size.width)}, {}};
   setup.windows = plan_windows(latent_frames(setup.job.clip.frames), {options.window_frames, options.window_overlap});
   setup.job.pass = pass_size(setup, options);
-  setup.rungs = choose_rungs(options, setup.config, setup.vae, setup.job);
+  setup.rungs = choose_rungs(options, setup.device, setup.config, setup.vae, setup.job);
   setup.choices.insert(setup.choices.end(), setup.rungs.reasons.begin(), setup.rungs.reasons.end());
   return setup;
 }

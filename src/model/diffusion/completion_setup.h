@@ -2,6 +2,8 @@
 // What follows from the options and a checkpoint's settings alone, before any weight is read.
 #pragma once
 
+#include <c10/core/Device.h>
+
 #include "model/diffusion/checkpoint_folder.h"
 #include "model/diffusion/denoise.h"
 #include "model/diffusion/rungs.h"
@@ -10,6 +12,7 @@
 namespace uwv::model {
 
 struct CompletionSetup {
+  c10::Device device = c10::kCPU;  ///< Where all parts of the model are run.
   CheckpointFolder folder;
   TransformerConfig config;
   VaeConfig vae;

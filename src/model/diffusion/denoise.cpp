@@ -44,7 +44,7 @@ at::Tensor clip_velocity(const std::vector<DenoiseWindow>& windows, const at::Te
   for (const DenoiseWindow& window : windows) {
     const at::Tensor velocity =
         window_velocity(window, part(latents, window.place), part(known, window.place), sampler, options);
-    const at::Tensor weights = at::tensor(window.place.weights).view({1, 1, -1, 1, 1});
+    const at::Tensor weights = at::tensor(window.place.weights).to(latents.device()).view({1, 1, -1, 1, 1});
     part(sum, window.place).add_(velocity * weights);
   }
   return sum;

@@ -53,9 +53,9 @@ struct DenoiseStep {
   const at::Tensor& noiseless;
 };
 
-/// `noise` is (1, 16, latent frames, rows, columns); `known` the latents of the same shape that windows without a model
-/// and latents that are left out end at, undefined when there are neither. Throws Error(value_invalid) naming the step
-/// that gave no numbers.
+/// Works where `noise` lies, and so must `known`, `left_out` and what the models give. `noise` is (1, 16, latent
+/// frames, rows, columns); `known` the latents of the same shape that windows without a model and latents that are left
+/// out end at, undefined when there are neither. Throws Error(value_invalid) naming the step that gave no numbers.
 at::Tensor denoise(const at::Tensor& noise, const std::vector<DenoiseWindow>& windows, const at::Tensor& known,
                    const DenoiseOptions& options, const std::function<void(const DenoiseStep&)>& on_step = {});
 

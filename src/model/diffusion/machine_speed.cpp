@@ -17,9 +17,13 @@ constexpr double measured_seconds = 0.2;
 /// Beyond these sizes speed no longer changes, and weights would take long to make.
 constexpr std::int64_t most_width = 2048, most_tokens = 2048;
 
-/// Calls a second.
+/// Calls a second. Devices other than the CPU answer before they have worked, so a number of each answer is fetched.
 template <class Work>
-double rate(const Work& work) {
+double rate(const Work& done) {
+  const auto work = [&] {
+    const at::Tensor answer = done();
+    if (!answer.is_cpu()) answer.flatten()[0].item();
+  };
   work();  // the first call sets the library up
   const auto start = std::chrono::steady_clock::now();
   std::chrono::duration<double> passed{};
@@ -34,37 +38,46 @@ double rate(const Work& work) {
 
 }  // namespace
 
-double linear_speed(LinearForm form, std::int64_t width) {
+double linear_speed(LinearForm form, std::int64_t width, c10::Device device) {
   constexpr std::int64_t tokens = 1024;
   const std::int64_t side = std::min(width, most_width);
-  const Linear layer(at::full({side, side}, 0.01), {}, form);
-  const at::Tensor x = at::ones({tokens, side}, token_type(form));
-  return 2.0 * static_cast<double>(tokens * side * side) * rate([&] { layer(x); });
+  const Linear layer(at::full({side, side}, 0.01, at::TensorOptions(device)), {}, form);
+  const at::Tensor x = at::ones({tokens, side}, at::TensorOptions(device).dtype(token_type(form)));
+  return 2.0 * static_cast<double>(tokens * side * side) * rate([&] { return layer(x); });
 }
 
-double attention_speed(LinearForm form, std::int64_t head_dim, std::int64_t tokens) {
+double attention_speed(LinearForm form, std::int64_t head_dim, std::int64_t tokens, c10::Device device) {
   constexpr std::int64_t heads = 4;
   const std::int64_t n = std::clamp<std::int64_t>(tokens, 64, most_tokens);
-  const at::Tensor x = at::ones({1, heads, n, head_dim}, token_type(form));
-  return 4.0 * static_cast<double>(heads * n * n * head_dim) * rate([&] { at::scaled_dot_product_attention(x, x, x); });
+  const at::Tensor x = at::ones({1, heads, n, head_dim}, at::TensorOptions(device).dtype(token_type(form)));
+  return 4.0 * static_cast<double>(heads * n * n * head_dim) *
+         rate([&] { return at::scaled_dot_product_attention(x, x, x); });
 }
 
-double convolution_speed(VaePrecision precision) {
+double convolution_speed(VaePrecision precision, c10::Device device) {
   constexpr std::int64_t channels = 192, side = 96, kernel = 3;  // as in the middle of the decoder
   const auto type = resolved(precision) == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
-  const FrameConv conv(at::full({channels, channels, kernel, kernel}, 0.01, type), {}, FrameConv::Edge::same);
-  const at::Tensor frame = at::ones({side, side, channels}, type);
-  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { conv(frame); });
+  const at::TensorOptions options = at::TensorOptions(device).dtype(type);
+  const FrameConv conv(at::full({channels, channels, kernel, kernel}, 0.01, options), {}, FrameConv::Edge::same);
+  const at::Tensor frame = at::ones({side, side, channels}, options);
+  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { return conv(frame); });
 }
 
-double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width) {
+double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width, c10::Device device) {
   const std::int64_t side = std::min(width, most_width);
-  const at::Tensor weight = at::full({side, side}, 0.01).to(stored_bytes == 4 ? at::kFloat : at::kBFloat16);
+  const at::Tensor weight =
+      at::full({side, side}, 0.01, at::TensorOptions(device)).to(stored_bytes == 4 ? at::kFloat : at::kBFloat16);
   if (stored_bytes == 1) {
     const QuantisedWeight stored = quantised(weight);
-    return static_cast<double>(side * side) * rate([&] { Linear(stored, {}, form); });
+    return static_cast<double>(side * side) * rate([&] {
+             Linear(stored, {}, form);
+             return weight;
+           });
   }
-  return static_cast<double>(side * side) * rate([&] { Linear(weight, {}, form); });
+  return static_cast<double>(side * side) * rate([&] {
+           Linear(weight, {}, form);
+           return weight;
+         });
 }
 
 }  // namespace uwv::model

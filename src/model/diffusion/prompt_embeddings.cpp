@@ -34,13 +34,14 @@ PromptEmbeddings read_embeddings(const std::string& path, bool with_negative) {
 }  // namespace
 
 PromptEmbeddings embed_prompts(const ModelOptions& options, const CheckpointFolder& folder, bool with_negative,
-                               Monitor& monitor) {
+                               c10::Device device, Monitor& monitor) {
   if (!options.prompt_embeds.empty()) return read_embeddings(options.prompt_embeds, with_negative);
   std::vector<std::string> prompts{options.prompt};
   if (with_negative) prompts.push_back(options.negative_prompt);
   const PromptCache cache = options.prompt_cache.empty() ? PromptCache::of_user() : PromptCache(options.prompt_cache);
-  const std::vector<at::Tensor> encoded =
-      encode_prompts(prompts, {folder.text_encoder, folder.tokenizer}, cache, monitor);
+  PromptEncoding encoding{folder.text_encoder, folder.tokenizer};
+  encoding.device = device;
+  const std::vector<at::Tensor> encoded = encode_prompts(prompts, encoding, cache, monitor);
   return {encoded[0], with_negative ? encoded[1] : at::Tensor()};
 }
 

@@ -13,8 +13,8 @@ struct PromptEmbeddings {
   at::Tensor positive, negative;  ///< (1, tokens, width) float32; negative undefined where it was not asked for.
 };
 
-/// By the checkpoint's encoder, or out of options.prompt_embeds. Throws Error.
+/// By the checkpoint's encoder, run on `device`, or out of options.prompt_embeds. Throws Error.
 PromptEmbeddings embed_prompts(const ModelOptions& options, const CheckpointFolder& folder, bool with_negative,
-                               Monitor& monitor);
+                               c10::Device device, Monitor& monitor);
 
 }  // namespace uwv::model

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "model/layers/compute_device.h"
 #include "uwv/core/processor.h"
 
 namespace uwv::model {
@@ -33,8 +34,9 @@ VaePrecision vae_precision_of(VaeNumbers numbers) {
   }
 }
 
-/// Bytes the machine could give: what is free, less a tenth for others.
-double available_bytes() {
+/// Bytes the device could give: what is free, less a tenth for others. Where libtorch does not tell, main memory's.
+double available_bytes(c10::Device device) {
+  if (const auto own = free_bytes(device)) return 0.9 * static_cast<double>(*own);
   std::ifstream file("/proc/meminfo");
   for (std::string word; file >> word;) {
     if (word != "MemAvailable:") continue;
@@ -50,18 +52,21 @@ struct Candidate {
   bool streamed;
 };
 
+/// Whether bfloat16 is no detour: on other devices it is taken for granted.
+bool has_fast_bf16(c10::Device device) { return !device.is_cpu() || processor_units().bf16(); }
+
 /// bfloat16 weights multiplied in bfloat16: what the official code runs. float32 would take four times as long to tell
 /// apart what the checkpoint does not.
-bool is_official_run(const PassSize& pass, const ProcessorUnits& units) {
-  return pass.stored == DType::bf16 && units.bf16();
+bool is_official_run(const PassSize& pass, c10::Device device) {
+  return pass.stored == DType::bf16 && has_fast_bf16(device);
 }
 
 /// From exact and large to coarse and small, as far as the options leave it open.
-std::vector<Candidate> candidates(const ModelOptions& options, const PassSize& pass) {
-  const ProcessorUnits units = processor_units();
-  std::vector<LinearForm> forms{LinearForm::f32, units.bf16() ? LinearForm::bf16 : LinearForm::bf16_stored,
-                                units.int8() ? LinearForm::int8 : LinearForm::int8_stored};
-  if (is_official_run(pass, units)) forms.erase(forms.begin());
+std::vector<Candidate> candidates(const ModelOptions& options, c10::Device device, const PassSize& pass) {
+  const bool fast_int8 = device.is_cpu() && processor_units().int8();
+  std::vector<LinearForm> forms{LinearForm::f32, has_fast_bf16(device) ? LinearForm::bf16 : LinearForm::bf16_stored,
+                                fast_int8 ? LinearForm::int8 : LinearForm::int8_stored};
+  if (is_official_run(pass, device)) forms.erase(forms.begin());
   if (options.weights != WeightsForm::automatic) forms = {linear_form_of(options.weights)};
   std::vector<Candidate> all;
   for (const bool streamed : {false, true}) {
@@ -71,9 +76,9 @@ std::vector<Candidate> candidates(const ModelOptions& options, const PassSize& p
   return all;
 }
 
-void choose_transformer(Rungs& rungs, const ModelOptions& options, const TransformerConfig& config,
+void choose_transformer(Rungs& rungs, const ModelOptions& options, c10::Device device, const TransformerConfig& config,
                         const PassSize& pass) {
-  const std::vector<Candidate> all = candidates(options, pass);
+  const std::vector<Candidate> all = candidates(options, device, pass);
   const auto bytes = [&](const Candidate& c) { return transformer_cost(config, pass, c.form, c.streamed).bytes; };
   auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return bytes(c) <= rungs.limit; });
   if (chosen == all.end()) {
@@ -92,7 +97,7 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, const Transfo
     rungs.reasons.push_back(
         fmt::format("weights {}{}: {:.1f} GiB expected, {:.1f} allowed{}{}", to_string(rungs.form),
                     rungs.streamed ? ", read block by block" : "", bytes(*chosen) / gib, rungs.limit / gib,
-                    rungs.form == LinearForm::bf16 && is_official_run(pass, processor_units())
+                    rungs.form == LinearForm::bf16 && is_official_run(pass, device)
                         ? "; the checkpoint is bfloat16 and so is the official run"
                         : "",
                     chosen == all.begin()
@@ -100,8 +105,11 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, const Transfo
                         : fmt::format("; {} needs {:.1f}", to_string(all.front().form), bytes(all.front()) / gib)));
 }
 
-void choose_vae(Rungs& rungs, const ModelOptions& options, const VaeConfig& config, const JobSize& job) {
-  rungs.vae = {vae_precision_of(options.vae_precision), std::max(1, options.vae_bands), 0, 0};
+void choose_vae(Rungs& rungs, const ModelOptions& options, c10::Device device, const VaeConfig& config,
+                const JobSize& job) {
+  rungs.vae.precision = vae_precision_of(options.vae_precision);
+  rungs.vae.bands = std::max(1, options.vae_bands);
+  rungs.vae.device = device;
   if (options.vae_bands == 0)
     while (rungs.vae.bands < most_bands && vae_bytes(config, rungs.vae, job) > rungs.limit) ++rungs.vae.bands;
   const double bytes = vae_bytes(config, rungs.vae, job);
@@ -122,13 +130,13 @@ double vae_bytes(const VaeConfig& config, const VaeOptions& options, const JobSi
                   vae_cost(config, options, job.clip, VaeWay::decode).bytes);
 }
 
-Rungs choose_rungs(const ModelOptions& options, const TransformerConfig& config, const VaeConfig& vae,
-                   const JobSize& job) {
+Rungs choose_rungs(const ModelOptions& options, c10::Device device, const TransformerConfig& config,
+                   const VaeConfig& vae, const JobSize& job) {
   Rungs rungs;
-  rungs.limit = options.memory_limit.empty() ? available_bytes()
+  rungs.limit = options.memory_limit.empty() ? available_bytes(device)
                                              : static_cast<double>(parse_bytes(options.memory_limit).value_or(0));
-  choose_transformer(rungs, options, config, job.pass);
-  choose_vae(rungs, options, vae, job);
+  choose_transformer(rungs, options, device, config, job.pass);
+  choose_vae(rungs, options, device, vae, job);
   return rungs;
 }
 

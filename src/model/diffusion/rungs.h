@@ -24,11 +24,11 @@ struct Rungs {
   double limit = 0;                  ///< Bytes that were to be kept.
 };
 
-/// What the options ask for; what they leave open is the most exact that is expected to fit `memory_limit`, or what the
-/// machine has free. Throws Error(out_of_memory) when nothing does and a limit was given; without one the smallest is
-/// taken.
-Rungs choose_rungs(const ModelOptions& options, const TransformerConfig& config, const VaeConfig& vae,
-                   const JobSize& job);
+/// What the options ask for; what they leave open is the most exact that is expected to fit `memory_limit`, or what is
+/// free where it runs. Off the CPU no form that only the CPU is fast in is chosen. Throws Error(out_of_memory) when
+/// nothing does and a limit was given; without one the smallest is taken.
+Rungs choose_rungs(const ModelOptions& options, c10::Device device, const TransformerConfig& config,
+                   const VaeConfig& vae, const JobSize& job);
 
 /// The larger of encoding and decoding.
 double vae_bytes(const VaeConfig& config, const VaeOptions& options, const JobSize& job);

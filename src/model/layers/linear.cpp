@@ -22,8 +22,8 @@ std::int64_t rows_at_once(const at::Tensor& weight) {
 
 QuantisedWeight quantised(const at::Tensor& weight) {
   const std::int64_t rows = weight.size(0), step = rows_at_once(weight);
-  QuantisedWeight whole{at::empty(weight.sizes(), at::TensorOptions(at::kChar)),
-                        at::empty({rows}, at::TensorOptions(at::kFloat))};
+  QuantisedWeight whole{at::empty(weight.sizes(), weight.options().dtype(at::kChar)),
+                        at::empty({rows}, weight.options().dtype(at::kFloat))};
   for (std::int64_t begin = 0; begin < rows; begin += step) {
     const std::int64_t end = std::min(begin + step, rows);
     const auto [numbers, scales] = quantise_rows(weight.slice(0, begin, end).to(at::kFloat).contiguous());
@@ -52,7 +52,7 @@ Linear::Linear(const QuantisedWeight& weight, const at::Tensor& bias, LinearForm
     : out_(weight.numbers.size(0)), form_(form) {
   hold(weight);
   if (form == LinearForm::bf16) {
-    at::Tensor wide = at::empty(weight.numbers.sizes(), at::TensorOptions(at::kBFloat16));
+    at::Tensor wide = at::empty(weight.numbers.sizes(), weight.numbers.options().dtype(at::kBFloat16));
     for (std::int64_t begin = 0, step = rows_at_once(weight_); begin < out_; begin += step)
       wide.slice(0, begin, std::min(begin + step, out_)).copy_(widened(begin, std::min(begin + step, out_)));
     weight_ = wide;
@@ -62,7 +62,8 @@ Linear::Linear(const QuantisedWeight& weight, const at::Tensor& bias, LinearForm
 }
 
 void Linear::hold(const QuantisedWeight& weight) {
-  packed_ = form_ == LinearForm::int8 && int8_product_is_exact();
+  // Off the CPU the same products are made of widened weights: no faster than int8_stored, the same answer.
+  packed_ = form_ == LinearForm::int8 && weight.numbers.is_cpu() && int8_product_is_exact();
   weight_ = packed_ ? pack_int8(weight.numbers) : weight.numbers;
   scales_ = weight.scales;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/layers/row_arithmetic.h"
+#include "model/layers/token_formulas.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -80,6 +81,7 @@ std::int64_t rows_per_item(const at::Tensor& x) { return std::max<std::int64_t>(
 
 at::Tensor layer_norm(const at::Tensor& x, const at::Tensor& scale, const at::Tensor& shift, double eps,
                       at::ScalarType type) {
+  if (!x.is_cpu()) return formula::layer_norm(x, scale, shift, eps, type);
   const at::Tensor result = at::empty(x.sizes(), x.options().dtype(type));
   const Rows from(x), to(result);
   const PerBatch scales(scale, rows_per_item(x)), shifts(shift, rows_per_item(x));
@@ -101,6 +103,7 @@ at::Tensor layer_norm(const at::Tensor& x, const at::Tensor& scale, const at::Te
 void add_gated(const at::Tensor& x, const at::Tensor& y, const at::Tensor& gate) {
   require(x.sizes() == y.sizes() && x.scalar_type() == at::kFloat, "a residual of {} values is added to {} values",
           y.numel(), x.numel());
+  if (!x.is_cpu()) return formula::add_gated(x, y, gate);
   const Rows to(x), from(y);
   const PerBatch gates(gate.defined() ? gate : at::ones({1, 1}), rows_per_item(x));
   const std::size_t n = to.size();
@@ -118,6 +121,7 @@ void add_gated(const at::Tensor& x, const at::Tensor& y, const at::Tensor& gate)
 
 void rms_norm_rotate(const at::Tensor& x, const at::Tensor& weight, double eps, const at::Tensor& cosine,
                      const at::Tensor& sine) {
+  if (!x.is_cpu()) return formula::rms_norm_rotate(x, weight, eps, cosine, sine);
   const Rows rows(x);
   const std::size_t n = rows.size();
   const bool turn = cosine.defined();
@@ -141,6 +145,7 @@ void rms_norm_rotate(const at::Tensor& x, const at::Tensor& weight, double eps, 
 }
 
 std::pair<at::Tensor, at::Tensor> quantise_rows(const at::Tensor& x) {
+  if (!x.is_cpu()) return formula::quantise_rows(x);
   const Rows rows(x);
   const std::size_t n = rows.size();
   at::Tensor numbers = at::empty(x.sizes(), x.options().dtype(at::kChar));
@@ -160,6 +165,7 @@ std::pair<at::Tensor, at::Tensor> quantise_rows(const at::Tensor& x) {
 }
 
 void scale_rows(const at::Tensor& y, const at::Tensor& scales, const at::Tensor& bias) {
+  if (!y.is_cpu()) return formula::scale_rows(y, scales, bias);
   const Rows rows(y);
   const std::size_t n = rows.size();
   const at::Tensor added = bias.defined() ? bias : at::zeros({y.size(-1)}, y.options().dtype(at::kFloat));
@@ -176,6 +182,7 @@ void scale_rows(const at::Tensor& y, const at::Tensor& scales, const at::Tensor&
 }
 
 bool all_finite(const at::Tensor& x) {
+  if (!x.is_cpu()) return formula::all_finite(x);
   const Rows rows(x);
   const std::size_t n = rows.size();
   std::atomic<bool> finite{true};

@@ -3,7 +3,8 @@
 // quantisation. Sheet model.md, 3 ("Block", "Attention").
 //
 // x is (batch, tokens, dim), contiguous, float32 or bfloat16; numbers are worked on as float32. A result depends on its
-// own row only, so it has the same bits on any number of threads.
+// own row only, so it has the same bits on any number of threads. Of tensors that lie elsewhere than on the CPU,
+// token_formulas.h takes care.
 #pragma once
 
 #include <ATen/core/Tensor.h>

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 
+#include "model/float_tensor.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
 namespace {
 
 const std::string weight_end = ".weight", bias_end = ".bias";
-
-std::string shape_text(std::int64_t rows, std::int64_t columns) { return fmt::format("[{}, {}]", rows, columns); }
 
 /// What does not fit between one layer's change and the checkpoint; empty when all does.
 std::string misfit(const WeightFiles& files, const std::string& name, const LoraLayer& layer) {
@@ -21,8 +20,7 @@ std::string misfit(const WeightFiles& files, const std::string& name, const Lora
     const auto shape = files.shape(name + weight_end);
     if (shape.size() != 2 || shape[0] != layer.up.size(0) || shape[1] != layer.down.size(1))
       return fmt::format("{}{} would need {} but is {}", name, weight_end,
-                         shape_text(layer.up.size(0), layer.down.size(1)),
-                         shape.size() == 2 ? shape_text(shape[0], shape[1]) : "no matrix");
+                         shape_text({layer.up.size(0), layer.down.size(1)}), shape_text(shape));
   }
   if (layer.bias.defined()) {
     if (!files.has(name + bias_end)) return name + bias_end + " is not in the checkpoint";
@@ -81,9 +79,9 @@ at::Tensor FusedWeights::tensor(const std::string& name) const {
     if (!changed) result = result.to(at::kFloat, /*non_blocking=*/false, /*copy=*/true);
     changed = true;
     if (is_bias)
-      result.add_(layer.bias, change.weight);
+      result.add_(layer.bias.to(result.device()), change.weight);
     else
-      result.addmm_(layer.up, layer.down, 1, change.weight * layer.scale);
+      result.addmm_(layer.up.to(result.device()), layer.down.to(result.device()), 1, change.weight * layer.scale);
   }
   return result;
 }

@@ -111,7 +111,8 @@ std::vector<at::Tensor> encode_prompts(const std::vector<std::string>& prompts, 
     places.push_back(embeddings.size() - 1);
   }
   if (missing.empty()) return embeddings;
-  const auto encoder = TextEncoder::open(encoding.encoder_folder, encoding.tokenizer_folder, encoding.form);
+  const auto encoder =
+      TextEncoder::open(encoding.encoder_folder, encoding.tokenizer_folder, encoding.form, encoding.device);
   const std::vector<at::Tensor> encoded = encoder.encode(missing, monitor, encoding.tokens);
   for (std::size_t i = 0; i < places.size(); ++i) {
     embeddings[places[i]] = encoded[i];

@@ -40,6 +40,7 @@ struct PromptEncoding {
   std::string encoder_folder, tokenizer_folder;
   LinearForm form = LinearForm::f32;
   std::int64_t tokens = TextEncoder::prompt_tokens;
+  c10::Device device = c10::kCPU;  ///< Where the encoder runs; the answer is the same to rounding, and kept as one.
 
   /// Tells an encoding of a cleaned prompt from every other: the prompt, the form, the number of tokens, and name, size
   /// and time of change of each file in both folders.

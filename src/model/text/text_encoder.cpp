@@ -7,8 +7,9 @@
 
 namespace uwv::model {
 
-TextEncoder TextEncoder::open(const std::string& encoder_folder, const std::string& tokenizer_folder, LinearForm form) {
-  TextEncoder text(Tokenizer::open(tokenizer_folder), Umt5Encoder::open(encoder_folder, form));
+TextEncoder TextEncoder::open(const std::string& encoder_folder, const std::string& tokenizer_folder, LinearForm form,
+                              c10::Device device) {
+  TextEncoder text(Tokenizer::open(tokenizer_folder), Umt5Encoder::open(encoder_folder, form, device));
   if (text.tokenizer_.ids() > text.encoder_.config().vocabulary)
     fail(ErrorCode::value_invalid,
          "{}: gives {} different ids, but the text encoder in {} knows {}; they are not of "

@@ -20,13 +20,14 @@ class TextEncoder {
 
   /// The folders text_encoder/ and tokenizer/ of a model. Throws Error as Umt5Encoder and Tokenizer do, and
   /// value_invalid when the two do not belong together.
-  static TextEncoder open(const std::string& encoder_folder, const std::string& tokenizer_folder, LinearForm form);
+  static TextEncoder open(const std::string& encoder_folder, const std::string& tokenizer_folder, LinearForm form,
+                          c10::Device device = c10::kCPU);
 
   std::int64_t width() const { return encoder_.config().d_model; }
   const Umt5Encoder& encoder() const { return encoder_; }
 
-  /// Each cleaned prompt as (1, tokens, width) float32, zeros past its end token; longer prompts are cut. All are
-  /// encoded in one walk through the weights, and only the tokens that are there. The monitor hears of stage
+  /// Each cleaned prompt as (1, tokens, width) float32, on the CPU, zeros past its end token; longer prompts are cut.
+  /// All are encoded in one walk through the weights, and only the tokens that are there. The monitor hears of stage
   /// "text encoder" after each layer and can stop it.
   std::vector<at::Tensor> encode(const std::vector<std::string>& prompts, Monitor& monitor,
                                  std::int64_t tokens = prompt_tokens) const;

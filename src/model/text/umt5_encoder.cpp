@@ -76,10 +76,11 @@ at::Tensor bucket_table(std::int64_t length, const Umt5Config& config) {
 
 }  // namespace
 
-Umt5Encoder Umt5Encoder::open(const std::string& path, LinearForm form) {
+Umt5Encoder Umt5Encoder::open(const std::string& path, LinearForm form, c10::Device device) {
   Umt5Encoder encoder;
   encoder.form_ = form;
   encoder.weights_ = WeightFiles::open(path);
+  encoder.weights_.put_on(device);
   // Files that hold the embeddings under both of their names need only one.
   const bool twice = encoder.weights_.has("shared.weight") && encoder.weights_.has("encoder.embed_tokens.weight");
   encoder.weights_.rename([&](const std::string& name) {
@@ -100,8 +101,9 @@ at::Tensor Umt5Encoder::embed(const at::Tensor& ids) const {
          "model?",
          weights_.path(), flat.max().item<std::int64_t>(), config_.vocabulary);
   // Only the rows of these tokens are read of the mapped table.
-  return weights_.view("shared.weight")
+  return weights_.mapped("shared.weight")
       .index_select(0, flat)
+      .to(weights_.device())
       .to(at::kFloat)
       .reshape({ids.size(0), ids.size(1), config_.d_model});
 }
@@ -130,13 +132,14 @@ void Umt5Encoder::each_weight(std::int64_t layer, const std::function<void(const
 
 std::vector<at::Tensor> Umt5Encoder::encode(const std::vector<TokenBatch>& batches,
                                             const AfterLayer& after_layer) const {
-  std::vector<at::Tensor> hidden, buckets;
+  std::vector<at::Tensor> hidden, buckets, masks;
   for (const TokenBatch& batch : batches) {
     require(batch.ids.dim() == 2 && batch.mask.sizes() == batch.ids.sizes(),
             "token ids have {} axes and a mask of {}; two of the same sizes are wanted", batch.ids.dim(),
             batch.mask.dim());
     hidden.push_back(embed(batch.ids));
-    buckets.push_back(bucket_table(batch.ids.size(1), config_));
+    buckets.push_back(bucket_table(batch.ids.size(1), config_).to(weights_.device()));
+    masks.push_back(batch.mask.to(weights_.device()));
   }
   if (after_layer) after_layer(0, config_.layers, hidden);
   for (std::int64_t i = 0; i < config_.layers; ++i) {
@@ -144,7 +147,7 @@ std::vector<at::Tensor> Umt5Encoder::encode(const std::vector<TokenBatch>& batch
     each_weight(i + 1, [&](const std::string& name) { weights_.will_need(name); });
     const Layer layer = load_layer(i);
     for (std::size_t b = 0; b < batches.size(); ++b) {
-      const at::Tensor bias = attention_bias(layer.position_bias, buckets[b], batches[b].mask);
+      const at::Tensor bias = attention_bias(layer.position_bias, buckets[b], masks[b]);
       hidden[b] = layer.think(layer.attend(hidden[b], bias, config_), config_);
       if (!hidden[b].isfinite().all().item<bool>())
         fail(ErrorCode::value_invalid,

@@ -49,15 +49,15 @@ class Umt5Encoder {
   using AfterLayer = std::function<void(std::int64_t done, std::int64_t total, const std::vector<at::Tensor>& hidden)>;
 
   /// `path` is a folder text_encoder/ or one safetensors file, with the names of Hugging Face or of Wan's own release.
-  /// Throws Error as WeightFiles and Umt5Config do.
-  static Umt5Encoder open(const std::string& path, LinearForm form);
+  /// It is run on `device`. Throws Error as WeightFiles and Umt5Config do.
+  static Umt5Encoder open(const std::string& path, LinearForm form, c10::Device device = c10::kCPU);
 
   const Umt5Config& config() const { return config_; }
   const WeightFiles& weights() const { return weights_; }
 
   /// Encodes batches of any lengths in one walk through the weights: (B, N, d_model) float32 each, padded positions
-  /// included. Throws Error(value_invalid) for ids outside the vocabulary, and naming the layer when its numbers are
-  /// not finite.
+  /// included, on the device. `batches` are on the CPU. Throws Error(value_invalid) for ids outside the vocabulary, and
+  /// naming the layer when its numbers are not finite.
   std::vector<at::Tensor> encode(const std::vector<TokenBatch>& batches, const AfterLayer& after_layer) const;
 
  private:

@@ -56,7 +56,7 @@ TimeEmbedding TimeEmbedder::operator()(const at::Tensor& timestep) const {
   const int half = freq_dim_ / 2;
   // In float32 throughout, as the networks were trained: at timestep 1000 a more exact angle would be another one.
   const at::Tensor frequencies =
-      at::exp(at::arange(half, at::TensorOptions(at::kFloat)).mul(-std::log(longest_period)).div(half));
+      at::exp(at::arange(half, timestep.options().dtype(at::kFloat)).mul(-std::log(longest_period)).div(half));
   const at::Tensor angles = timestep.to(at::kFloat).unsqueeze(1) * frequencies.unsqueeze(0);
   TimeEmbedding time;
   time.sinusoid = at::cat({at::cos(angles), at::sin(angles)}, 1);

@@ -56,7 +56,7 @@ void ForwardPass::prepare_positions(const at::Tensor& latents) {
   if (known.frames == grid.frames && known.rows == grid.rows && known.columns == grid.columns) return;
   check_kept(grid);
   context_.grid = grid;
-  context_.rotary = rotary_tables(grid, network_.config().head_dim);
+  context_.rotary = rotary_tables(grid, network_.config().head_dim, latents.device());
   if (context_.kept.defined())
     context_.rotary = {context_.rotary.cosine.index_select(0, context_.kept),
                        context_.rotary.sine.index_select(0, context_.kept)};
@@ -158,7 +158,8 @@ at::Tensor ForwardPass::finish(const at::Tensor& latents) const {
   const TransformerConfig& config = network_.config();
   const at::Tensor parts = network_.ends().out_table + time_.embedded.unsqueeze(1);
   if (hooks_.inspect)
-    show("norm_out", layer_norm(x_, at::ones({config.dim()}), at::zeros({config.dim()}), config.eps, at::kFloat));
+    show("norm_out", layer_norm(x_, at::ones({config.dim()}, x_.options()), at::zeros({config.dim()}, x_.options()),
+                                config.eps, at::kFloat));
   const at::Tensor normed = layer_norm(x_, parts.select(1, 1) + 1, parts.select(1, 0), config.eps, at::kFloat);
   const TokenGrid& grid = context_.grid;
   const auto& patch = config.patch;

@@ -20,7 +20,7 @@ at::Tensor angles(std::int64_t count, int channels) {
 
 }  // namespace
 
-RotaryTables rotary_tables(const TokenGrid& grid, int head_dim) {
+RotaryTables rotary_tables(const TokenGrid& grid, int head_dim, c10::Device device) {
   const int side = 2 * (head_dim / 6), time = head_dim - 2 * side;
   const auto over_grid = [&](const at::Tensor& axis, at::IntArrayRef where) {
     std::vector<std::int64_t> shape(where.begin(), where.end());
@@ -32,7 +32,7 @@ RotaryTables rotary_tables(const TokenGrid& grid, int head_dim) {
                                   over_grid(angles(grid.columns, side), {1, 1, grid.columns})},
                                  -1)
                              .reshape({grid.tokens(), head_dim / 2});
-  return {at::cos(all).to(at::kFloat), at::sin(all).to(at::kFloat)};
+  return {at::cos(all).to(at::kFloat).to(device), at::sin(all).to(at::kFloat).to(device)};
 }
 
 }  // namespace uwv::model

@@ -15,6 +15,6 @@ struct RotaryTables {
   at::Tensor cosine, sine;
 };
 
-RotaryTables rotary_tables(const TokenGrid& grid, int head_dim);
+RotaryTables rotary_tables(const TokenGrid& grid, int head_dim, c10::Device device = c10::kCPU);
 
 }  // namespace uwv::model

@@ -22,8 +22,9 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 /// The folder's weights under diffusers' names, whoever wrote them.
-WeightFiles weights_in(const std::string& folder) {
+WeightFiles weights_in(const std::string& folder, c10::Device device) {
   WeightFiles weights = WeightFiles::open(folder);
+  weights.put_on(device);
   weights.rename(transformer_diffusers_name);
   return weights;
 }
@@ -37,7 +38,9 @@ bool holds_any(const WeightFiles& files, const std::string& start) {
 }  // namespace
 
 WanTransformer::Network::Network(const std::string& folder, TransformerOptions options)
-    : options_(std::move(options)), config_(TransformerConfig::read(folder)), weights_(weights_in(folder)) {
+    : options_(std::move(options)),
+      config_(TransformerConfig::read(folder)),
+      weights_(weights_in(folder, options_.device)) {
   settle_reference_branch();
   check_weights();
   set_loras(std::move(options_.loras));

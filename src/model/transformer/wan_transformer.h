@@ -19,6 +19,7 @@
 namespace uwv::model {
 
 struct TransformerOptions {
+  c10::Device device = c10::kCPU;     ///< Where it is run; weights move there as they are read.
   LinearForm form = LinearForm::f32;  ///< Of the blocks' linear layers; embedders and the last layer stay float32.
   /// Blocks are read from the mapped file when their turn comes and given back after it: a model larger than memory
   /// runs.
@@ -85,8 +86,9 @@ class WanTransformer {
   /// The same clip with another text, for the other branch of guidance: shares all that does not depend on text.
   TransformerContext with_text(const TransformerContext& context, const at::Tensor& text) const;
 
-  /// latents (batch, in_channels, frames, rows, columns), timestep (batch) in 0..1000; the velocity has out_channels.
-  /// Throws Error(value_invalid) naming the block after which numbers are no longer finite.
+  /// latents (batch, in_channels, frames, rows, columns), timestep (batch) in 0..1000; the velocity has out_channels
+  /// and lies on options.device. Here and in prepare(), tensors from anywhere are taken and moved. Throws
+  /// Error(value_invalid) naming the block after which numbers are no longer finite.
   at::Tensor forward(TransformerContext& context, const at::Tensor& latents, const at::Tensor& timestep,
                      const TransformerHooks& hooks = {}) const;
 

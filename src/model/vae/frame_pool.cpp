@@ -7,7 +7,7 @@ namespace uwv::model {
 
 at::Tensor FramePool::take(std::int64_t height, std::int64_t width, std::int64_t channels) {
   auto& idle = idle_[{height, width, channels}];
-  if (idle.empty()) return at::empty({height, width, channels}, at::TensorOptions(type_));
+  if (idle.empty()) return at::empty({height, width, channels}, at::TensorOptions(type_).device(device_));
   at::Tensor frame = std::move(idle.back());
   idle.pop_back();
   return frame;

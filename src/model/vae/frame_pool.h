@@ -10,19 +10,22 @@
 
 namespace uwv::model {
 
-/// Hands out frames (H, W, C), contiguous, of one type of number. What a frame holds at first is left over.
+/// Hands out frames (H, W, C), contiguous, of one type of number on one device. What a frame holds at first is left
+/// over.
 class FramePool {
  public:
-  explicit FramePool(at::ScalarType type) : type_(type) {}
+  explicit FramePool(at::ScalarType type, c10::Device device = c10::kCPU) : type_(type), device_(device) {}
   at::ScalarType type() const { return type_; }
+  c10::Device device() const { return device_; }
   at::Tensor take(std::int64_t height, std::int64_t width, std::int64_t channels);
-  /// One with the numbers of `frame`, whatever their type.
+  /// One with the numbers of `frame`, whatever their type and wherever they are.
   at::Tensor copy_of(const at::Tensor& frame);
   /// Back from take() or copy_of(); nobody else refers to it any more. Frames from elsewhere would pile up here.
   void give(at::Tensor frame);
 
  private:
   at::ScalarType type_;
+  c10::Device device_;
   std::map<std::vector<std::int64_t>, std::vector<at::Tensor>> idle_;
 };
 

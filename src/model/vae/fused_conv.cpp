@@ -69,14 +69,15 @@ std::optional<at::Tensor> maybe(const at::Tensor& tensor) {
 }  // namespace
 
 at::Tensor run(const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps) {
+  if (!x.is_cpu()) return at::conv2d(x, weight, maybe(bias), {steps.stride, steps.stride}, {steps.rows, steps.columns});
   if (!operators().take(x.scalar_type())) return plain_conv(x, weight, bias, steps);
   return operators().run->call(x, weight, maybe(bias), {steps.rows, steps.columns}, {steps.stride, steps.stride},
                                {1, 1}, 1, "none", c10::List<MaybeScalar>(), std::nullopt);
 }
 
 void add(at::Tensor& sum, const at::Tensor& x, const at::Tensor& weight, const at::Tensor& bias, const Steps& steps) {
-  if (!operators().take(x.scalar_type())) {
-    sum.add_(plain_conv(x, weight, bias, steps));
+  if (!x.is_cpu() || !operators().take(x.scalar_type())) {
+    sum.add_(x.is_cpu() ? plain_conv(x, weight, bias, steps) : run(x, weight, bias, steps));
     return;
   }
   operators().add->call(sum, x, weight, maybe(bias), {steps.rows, steps.columns}, {steps.stride, steps.stride}, {1, 1},

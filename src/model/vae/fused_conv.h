@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Convolutions whose answer is added to what is there, without a picture in between. torch has them for its compiler;
-// where this torch lacks them, plain convolutions do the same. Weights stay as they are: laying them out for oneDNN
-// takes a hundredth of a convolution's time, and ready-made layouts were slower where they were not the best ones.
+// where this torch lacks them, and off the CPU, plain convolutions do the same. Weights stay as they are: laying them
+// out for oneDNN takes a hundredth of a convolution's time, and ready-made layouts were slower where they were not the
+// best ones.
 #pragma once
 
 #include <ATen/core/Tensor.h>

@@ -30,6 +30,16 @@ bool run_rows(const at::Tensor& frame, const at::Tensor& gamma, at::Tensor& out,
   return finite;
 }
 
+/// The same in torch's own operators, for frames that lie elsewhere than on the CPU.
+bool run_formula(const at::Tensor& frame, const at::Tensor& gamma, at::Tensor& out, bool silu) {
+  constexpr double least_length = 1e-12;
+  const at::Tensor wide = frame.to(at::kFloat);
+  const at::Tensor squares = wide.square().sum(-1, /*keepdim=*/true);
+  const at::Tensor normed = wide / squares.sqrt().clamp_min(least_length) * gamma;
+  out.copy_(silu ? at::silu(normed) : normed);
+  return at::isfinite(squares).all().item<bool>();
+}
+
 }  // namespace
 
 RmsNorm::RmsNorm(const WeightFiles& weights, const std::string& name)
@@ -42,8 +52,9 @@ void RmsNorm::run(const at::Tensor& frame, at::Tensor& out, bool silu) const {
               frame.scalar_type() == out.scalar_type() && frame.size(-1) == gamma_.numel(),
           "RmsNorm {}: {} channels are wanted in two contiguous frames, found {} and {}", name_, gamma_.numel(),
           frame.size(-1), out.size(-1));
-  const bool finite = frame.scalar_type() == at::kFloat ? run_rows<float>(frame, gamma_, out, silu)
-                                                        : run_rows<kernel::Bf16>(frame, gamma_, out, silu);
+  const bool finite = !frame.is_cpu()                     ? run_formula(frame, gamma_, out, silu)
+                      : frame.scalar_type() == at::kFloat ? run_rows<float>(frame, gamma_, out, silu)
+                                                          : run_rows<kernel::Bf16>(frame, gamma_, out, silu);
   if (!finite)
     fail(ErrorCode::value_invalid,
          "{}: what reaches this layer is not finite (NaN, or beyond what float32 can square); the input holds such "

@@ -96,8 +96,10 @@ void TinyVae::check(const std::string& path, std::int64_t z_dim) {
 }
 
 TinyVae TinyVae::open(const std::string& path, const VaeOptions& options) {
-  const WeightFiles weights = checked_weights(path);
+  WeightFiles weights = checked_weights(path);
+  weights.put_on(options.device);
   TinyVae vae;
+  vae.device_ = options.device;
   vae.type_ = resolved(options.precision) == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
   vae.conv_in_ = conv_of(weights, "decoder.1.", vae.type_);
   for (const LevelNumbers& numbers : level_numbers) {
@@ -130,11 +132,12 @@ void TinyVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& m
   for (std::size_t i = 0; i < levels_.size(); ++i) pass.before[i].resize(levels_[i].blocks.size());
   std::int64_t first = 0;
   for (std::int64_t k = 0; k < count; ++k) {
-    const at::Tensor latent = latents[0].select(1, k).permute({1, 2, 0}).to(at::kFloat);
+    const at::Tensor latent = latents[0].select(1, k).permute({1, 2, 0}).to(device_, at::kFloat);
     // The network's first step: large latents are bent to +-3.
     push(0, conv_in_(at::tanh(latent / 3).mul_(3).to(type_).contiguous()).relu_(), pass);
     if (k == 0) pass.shown.erase(pass.shown.begin(), pass.shown.end() - 1);
-    const at::Tensor frames = at::stack(pass.shown).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kFloat).contiguous();
+    const at::Tensor frames =
+        at::stack(pass.shown).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kCPU, at::kFloat).contiguous();
     pass.shown.clear();
     sink(first, frames.clamp(0, 1).mul_(2).sub_(1));
     first += frames.size(2);

@@ -19,9 +19,9 @@ namespace uwv::model {
 
 class TinyVae {
  public:
-  /// `path` is a safetensors file, or a folder with one. Widths are read from it. Of `options`, only the precision
-  /// counts. Throws Error: see WeightFiles; value_invalid when it is no decoder of this layout (others of the family,
-  /// as for Wan 2.2, are not).
+  /// `path` is a safetensors file, or a folder with one. Widths are read from it. Of `options`, only precision and
+  /// device count. Throws Error: see WeightFiles; value_invalid when it is no decoder of this layout (others of the
+  /// family, as for Wan 2.2, are not).
   static TinyVae open(const std::string& path, const VaeOptions& options = {});
   /// Throws as open() would, and Error(value_invalid) when it takes other latents than `z_dim` channels; reads only
   /// headers.
@@ -50,6 +50,7 @@ class TinyVae {
   TinyVae() = default;
 
   at::ScalarType type_ = at::kFloat;
+  c10::Device device_ = c10::kCPU;
   FrameConv conv_in_, conv_out_;
   std::vector<Level> levels_;
 };

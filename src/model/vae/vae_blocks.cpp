@@ -26,7 +26,7 @@ at::Tensor convolved(const RmsNorm& norm, const CausalConv& conv, const at::Tens
 }  // namespace
 
 void VaePass::enter(const BandPlace& band) {
-  pool = FramePool(pool.type());
+  pool = FramePool(pool.type(), pool.device());
   place = band;
 }
 

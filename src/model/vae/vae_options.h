@@ -2,6 +2,8 @@
 // What the autoencoder trades: accuracy and time for memory. docs/model-vae.md has the measured cost of each.
 #pragma once
 
+#include <c10/core/Device.h>
+
 #include <cstdint>
 #include <string_view>
 
@@ -32,6 +34,8 @@ struct VaeOptions {
   /// vae_tiles.h: for pictures so large that the attention over all of a frame's latents is what takes the time. Each
   /// tile may be worked on in bands as well. Both are multiples of 8. The whole clip's result waits in memory.
   int tile = 0, tile_stride = 0;
+
+  c10::Device device = c10::kCPU;  ///< Where it is run; see compute_device().
 
   int stride() const { return tile_stride > 0 ? tile_stride : tile / 32 * 24; }
   /// Throws std::invalid_argument.

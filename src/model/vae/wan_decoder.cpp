@@ -11,6 +11,7 @@ namespace uwv::model {
 WanDecoder::WanDecoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how)
     : config_(config),
       how_(how),
+      device_(weights.device()),
       post_quant_(weights, "post_quant_conv", how),
       conv_in_(weights, "decoder.conv_in", how),
       mid_(weights, "decoder.mid_block", how),
@@ -35,8 +36,8 @@ WanDecoder::Pass::Pass(const WanDecoder& decoder, std::int64_t latent_height, in
     : decoder_(decoder),
       height_(latent_height),
       bands_(decoder_bands(decoder.config_, latent_height, bands)),
-      whole_{FramePool(decoder.how_.type), between},
-      pass_{FramePool(decoder.how_.type), std::move(between)},
+      whole_{FramePool(decoder.how_.type, decoder.device_), between},
+      pass_{FramePool(decoder.how_.type, decoder.device_), std::move(between)},
       probe_(std::move(probe)),
       levels_(decoder.levels_.size()) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(decoder.levels_[i].blocks.size());
@@ -73,7 +74,7 @@ void WanDecoder::Pass::enter(std::size_t index) {
 }
 
 at::Tensor WanDecoder::Pass::before_levels(const at::Tensor& latent) {
-  conv_in_.push(whole_.pool.copy_of(decoder_.post_quant_(latent.to(decoder_.how_.type))));
+  conv_in_.push(whole_.pool.copy_of(decoder_.post_quant_(latent.to(decoder_.device_, decoder_.how_.type))));
   at::Tensor frame = decoder_.conv_in_(conv_in_, whole_.pool);
   if (probe_) probe_("conv_in", frame);
   frame = decoder_.mid_(std::move(frame), mid_, whole_);

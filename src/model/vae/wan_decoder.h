@@ -76,6 +76,7 @@ class WanDecoder {
 
   VaeConfig config_;
   VaeArithmetic how_;
+  c10::Device device_;  ///< Where the weights are.
   PixelConv post_quant_;
   CausalConv conv_in_;
   MidBlock mid_;

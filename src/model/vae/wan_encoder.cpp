@@ -11,6 +11,7 @@ namespace uwv::model {
 WanEncoder::WanEncoder(const WeightFiles& weights, const VaeConfig& config, const VaeArithmetic& how)
     : config_(config),
       how_(how),
+      device_(weights.device()),
       conv_in_(weights, "encoder.conv_in", how),
       mid_(weights, "encoder.mid_block", how),
       head_(weights, "encoder", how),
@@ -37,7 +38,7 @@ WanEncoder::Pass::Pass(const WanEncoder& encoder, std::int64_t latent_height, in
     : encoder_(encoder),
       height_(latent_height * encoder.config_.spatial_factor()),
       bands_(encoder_bands(encoder.config_, latent_height, bands)),
-      pass_{FramePool(encoder.how_.type), std::move(between)},
+      pass_{FramePool(encoder.how_.type, encoder.device_), std::move(between)},
       probe_(std::move(probe)),
       levels_(encoder.levels_.size()) {
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(encoder.levels_[i].blocks.size());
@@ -85,7 +86,7 @@ std::optional<at::Tensor> WanEncoder::Pass::push(const at::Tensor& picture) {
 
 at::Tensor WanEncoder::Pass::begin(const at::Tensor& picture) {
   const BandStep& step = conv_in_.step;
-  const at::Tensor all = conv_in_.seam.join(picture.to(encoder_.how_.type), step, pass_.place);
+  const at::Tensor all = conv_in_.seam.join(picture.to(encoder_.device_, encoder_.how_.type), step, pass_.place);
   if (step.made.count() == 0) return no_rows(all, all.size(1), encoder_.conv_in_.results());
   BorderedFrame newest = bordered_frame(pass_.pool, pass_.place, step, all.size(0), all.size(1), all.size(2));
   newest.inside.copy_(all);
@@ -121,7 +122,9 @@ std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, cons
 
 WanEncoder::Ending::Ending(const WanEncoder& encoder, std::int64_t latent_height, std::function<void()> between,
                            VaeProbe probe)
-    : encoder_(encoder), pass_{FramePool(encoder.how_.type), std::move(between)}, probe_(std::move(probe)) {
+    : encoder_(encoder),
+      pass_{FramePool(encoder.how_.type, encoder.device_), std::move(between)},
+      probe_(std::move(probe)) {
   mid_.enter(latent_height);
   BandLines lines{{0, latent_height + 1}};
   head_.enter(band_step(RowLayer::convolution, latent_height, lines));

@@ -80,6 +80,7 @@ class WanEncoder {
 
   VaeConfig config_;
   VaeArithmetic how_;
+  c10::Device device_;  ///< Where the weights are.
   CausalConv conv_in_;
   std::vector<Level> levels_;
   MidBlock mid_;

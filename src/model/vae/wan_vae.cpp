@@ -21,9 +21,9 @@ std::function<void()> stopper(Monitor& monitor, const char* stage, const long& d
   return [&monitor, stage, &done, &total] { monitor.step(stage, done, total); };
 }
 
-/// (1, 3, n, H, W) of frames (rows, W, 3).
+/// (1, 3, n, H, W) on the CPU of frames (rows, W, 3).
 at::Tensor as_clip(const std::vector<at::Tensor>& frames) {
-  return at::stack(frames).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kFloat).contiguous();
+  return at::stack(frames).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kCPU, at::kFloat).contiguous();
 }
 
 /// One frame (H, W, 3) of a clip (1, 3, n, H, W), some of its rows.
@@ -58,6 +58,7 @@ WanVae::WanVae(VaeConfig config, WeightFiles weights, const VaeOptions& options)
   options_.check();
   options_.precision = resolved(options.precision);
   weights_.check(vae_shapes(config_));
+  weights_.put_on(options_.device);
   mean_ = at::tensor(config_.latents_mean);
   std_ = at::tensor(config_.latents_std);
 }
@@ -137,7 +138,7 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
         if (parts.size() < pass.bands()) continue;
         at::Tensor whole = parts.size() == 1 ? std::move(parts[0]) : at::cat(parts);
         parts.clear();
-        const at::Tensor mean = ending.push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kFloat);
+        const at::Tensor mean = ending.push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kCPU, at::kFloat);
         latents.push_back((mean - mean_) / std_);
       }
       first += count;
@@ -187,7 +188,7 @@ void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monit
     pass.enter(band);
     std::int64_t first = 0;
     for (std::int64_t k = 0; k < latent_frames; ++k) {
-      const at::Tensor normalised = latents[0].select(1, k).permute({1, 2, 0}).to(at::kFloat);
+      const at::Tensor normalised = latents[0].select(1, k).permute({1, 2, 0}).to(at::kCPU, at::kFloat);
       std::vector<at::Tensor> frames;
       pass.push(normalised * std_ + mean_, [&](const at::Tensor& frame) {
         frames.push_back(frame);

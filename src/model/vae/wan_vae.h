@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The autoencoder of Wan 2.1 (AutoencoderKLWan): clips to latents and back. Sheet model.md, 7.
 //
+// It runs on options.device; what comes in may lie anywhere, latents and frames come out on the CPU.
+//
 // The weights stay in their file; each call reads the half it needs and lets go of it at its end. Both ways stream:
 // frames are asked for and handed out few at a time, and memory does not grow with the clip (with more than one band,
 // what waits for the last band does: see VaeOptions::bands).

@@ -13,6 +13,7 @@
 #include "io/disk_file.h"
 #include "io/json_text.h"
 #include "io/printable.h"
+#include "model/float_tensor.h"
 #include "uwv/core/error.h"
 
 namespace uwv::model {
@@ -94,12 +95,6 @@ std::string listed(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < std::min(names.size(), names_told); ++i) text += (i == 0 ? "" : ", ") + names[i];
   if (names.size() > names_told) text += fmt::format(" and {} more", names.size() - names_told);
   return text;
-}
-
-std::string shape_text(const std::vector<std::int64_t>& shape) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < shape.size(); ++i) text += (i == 0 ? "" : ", ") + std::to_string(shape[i]);
-  return text + "]";
 }
 
 /// madvise wants whole pages; only those that lie wholly inside are dropped, all that are touched are fetched.
@@ -212,14 +207,14 @@ at::Tensor WeightFiles::view(const std::string& name) const {
     fail(ErrorCode::value_invalid,
          "{}: tensor '{}' is held in 8 bits, which only the layers' own matrices may be; convert the checkpoint anew",
          path_, io::printable(name));
-  return stored(name);
+  return mapped(name).to(device_);
 }
 
 QuantisedWeight WeightFiles::quantised(const std::string& name) const {
-  return {stored(name), stored(scales_name(name))};
+  return {mapped(name).to(device_), mapped(scales_name(name)).to(device_)};
 }
 
-at::Tensor WeightFiles::stored(const std::string& name) const {
+at::Tensor WeightFiles::mapped(const std::string& name) const {
   const Entry& e = entry(name);
   const auto type = scalar_type(info(name).dtype, fmt::format("{}: tensor '{}'", path_, name));
   const auto stored = files_[e.file].bytes(e.stored_name);
@@ -233,7 +228,8 @@ at::Tensor WeightFiles::stored(const std::string& name) const {
 }
 
 at::Tensor WeightFiles::load(const std::string& name, at::ScalarType type) const {
-  return view(name).to(type, /*non_blocking=*/false, /*copy=*/true);
+  // Moved as stored, for fewer bytes, and widened there.
+  return view(name).to(type, /*non_blocking=*/false, /*copy=*/device_.is_cpu());
 }
 
 void WeightFiles::will_need(const std::string& name) const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <ATen/core/Tensor.h>
+#include <c10/core/Device.h>
 
 #include <functional>
 #include <map>
@@ -50,15 +51,21 @@ class WeightFiles {
   /// when two become one.
   void rename(const std::function<std::string(const std::string&)>& rename);
 
-  /// The stored numbers in their own type, without a copy where their alignment allows it. They are mapped read-only:
-  /// writing to the tensor ends the program. Valid while any copy of this object lives.
-  /// Throws Error(value_invalid) for a weight that is_quantised(): its numbers mean nothing without their scales.
+  /// Where view() and load() put tensors: the CPU, unless told otherwise. The files stay mapped into main memory.
+  void put_on(c10::Device device) { device_ = device; }
+  c10::Device device() const { return device_; }
+
+  /// The stored numbers in their own type: on the CPU as mapped(), elsewhere a copy. Throws Error(value_invalid) for a
+  /// weight that is_quantised(): its numbers mean nothing without their scales.
   at::Tensor view(const std::string& name) const;
+  /// The stored numbers on the CPU, without a copy where their alignment allows it. They are mapped read-only: writing
+  /// to the tensor ends the program. Valid while any copy of this object lives.
+  at::Tensor mapped(const std::string& name) const;
   /// Whether the weight has scales beside it, as `uwv_app model convert` writes them; and it, numbers as view() gives
   /// them. Valid after check().
   bool is_quantised(const std::string& name) const { return has(scales_name(name)); }
   QuantisedWeight quantised(const std::string& name) const;
-  /// The numbers as `type`, on the CPU, in memory of their own.
+  /// The numbers as `type`, in memory of their own.
   at::Tensor load(const std::string& name, at::ScalarType type) const;
 
   /// Tells the system that a tensor will soon be read, or that its pages may be dropped (they are read again when
@@ -76,11 +83,11 @@ class WeightFiles {
     std::string stored_name;
   };
   const Entry& entry(const std::string& name) const;
-  at::Tensor stored(const std::string& name) const;
   std::string misfit(const std::string& name, const std::vector<std::int64_t>& wanted) const;
   void refuse_scaled() const;
 
   std::string path_;
+  c10::Device device_ = c10::kCPU;
   std::vector<SafeTensors> files_;
   std::map<std::string, Entry> entries_;
 };

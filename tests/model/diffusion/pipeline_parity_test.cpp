@@ -118,8 +118,9 @@ TEST_F(PipelineParity, VelocitiesAndLatentsOfEveryStep) {
       PassCount count;
       std::vector<DenoiseWindow> windows;
       const at::Tensor noise = one.get("in.initial_latents");
-      windows.push_back(
-          {plan_windows(noise.size(2), {}).front(), std::make_unique<WindowNetwork>(network, one.inputs(), 0, count)});
+      windows.push_back({plan_windows(noise.size(2), {}).front(),
+                         std::make_unique<WindowNetwork>(network, one.inputs(), 0, count),
+                         {}});
       const at::Tensor golden = one.get("latents_steps");
       denoise(noise, windows, {}, options, [&](const DenoiseStep& step) {
         EXPECT_TRUE(near(step.latents, golden[step.done - 1], 5e-4)) << one.name << ", step " << step.done;
@@ -152,7 +153,7 @@ TEST_F(PipelineParity, FramesFromFrames) {
     std::vector<DenoiseWindow> windows;
     const at::Tensor noise = one.get("in.initial_latents");
     windows.push_back(
-        {plan_windows(noise.size(2), {}).front(), std::make_unique<WindowNetwork>(network, inputs, 0, count)});
+        {plan_windows(noise.size(2), {}).front(), std::make_unique<WindowNetwork>(network, inputs, 0, count), {}});
     const at::Tensor latents = denoise(noise, windows, {}, one.denoise_options());
     const at::Tensor frames = vae.decode(latents, monitor_).div(2).add(0.5).clamp(0, 1);
     EXPECT_TRUE(near(frames.permute({0, 2, 3, 4, 1}), one.get("frames"), 5e-4)) << one.name;

@@ -18,7 +18,7 @@ class RungsTest : public ::testing::Test {
     job_.pass.tokens = 1950;
     options_.memory_limit = "64G";
   }
-  Rungs choose() const { return choose_rungs(options_, TransformerConfig{}, VaeConfig{}, job_); }
+  Rungs choose() const { return choose_rungs(options_, at::kCPU, TransformerConfig{}, VaeConfig{}, job_); }
 
   ModelOptions options_;
   JobSize job_;

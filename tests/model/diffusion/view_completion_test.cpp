@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "model/diffusion/completion_fixture.h"
 #include "model/tensor_support.h"
 #include "model/transformer/transformer_config.h"
 #include "support/matchers.h"
@@ -18,87 +19,7 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-enum class Holes { none, right_half, all };
-
-/// A pattern that moves, with holes.
-struct Scene {
-  Size size{48, 32};
-  long frames = 5;
-  Holes holes = Holes::right_half;
-  bool photo = false;
-
-  ImageRgb picture(long k) const {
-    ImageRgb picture(size);
-    for (int y = 0; y < size.height; ++y)
-      for (int x = 0; x < size.width; ++x)
-        picture(x, y) = {static_cast<std::uint8_t>(128 + 100 * std::sin(0.3 * x + 0.2 * static_cast<double>(k))),
-                         static_cast<std::uint8_t>(6 * y % 256), static_cast<std::uint8_t>(4 * (x + y) % 256)};
-    return picture;
-  }
-  RenderedClip clip() const {
-    RenderedClip clip;
-    clip.size = size;
-    clip.frames = frames;
-    clip.read = [this](long k, ImageRgb& colour, GenerateMask& mask) {
-      colour = picture(k);
-      mask = GenerateMask(size.width, size.height);
-      for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-          mask(x, y) = holes == Holes::all || (holes == Holes::right_half && k > 0 && x > size.width / 2) ? 1 : 0;
-    };
-    if (!photo) clip.read_source = [this](long k, ImageRgb& colour) { colour = picture(k); };
-    return clip;
-  }
-};
-
-struct Answer {
-  std::vector<ImageRgb> frames;
-  CompletionSummary summary;
-  int previews = 0;
-  ImageRgb last_preview;
-};
-
-class ViewCompletion : public ::testing::Test {
- protected:
-  ViewCompletion() {
-    const std::string root = uwv::testing::fixture_folder("pipeline");
-    options_.model = root + "/wan";
-    options_.transformer = root + "/uniview";
-    options_.steps = 2;
-    options_.prompt_cache = cache_.file("prompts");
-    options_.prompt = "a white rabbit";
-  }
-  Answer complete(const Scene& scene) { return complete(scene, options_); }
-  Answer complete(const Scene& scene, const ModelOptions& options) {
-    Answer answer;
-    CompletedClip out;
-    out.write = [&](long k, const ImageRgb& picture) {
-      EXPECT_EQ(k, static_cast<long>(answer.frames.size()));
-      EXPECT_EQ(picture.size(), scene.size);
-      answer.frames.push_back(picture);
-    };
-    out.preview = [&](const ImageRgb& picture) {
-      ++answer.previews;
-      answer.last_preview = picture;
-    };
-    answer.summary = complete_views(options, scene.clip(), out, 1, monitor_);
-    EXPECT_EQ(static_cast<long>(answer.frames.size()), scene.frames);
-    return answer;
-  }
-  std::string complaint(const ModelOptions& options) {
-    try {
-      complete({}, options);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
-  }
-
-  test::TempFolder cache_;
-  ModelOptions options_;
-  Monitor monitor_;
-};
+class ViewCompletion : public CompletionTest {};
 
 TEST_F(ViewCompletion, TheSameSeedGivesTheSameBytesAndAnotherDoesNot) {
   const Answer first = complete({});

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "model/complaint.h"
 #include "model/lora/fused_weights.h"
 #include "model/tensor_support.h"
 #include "support/temp_folder.h"
@@ -26,14 +27,7 @@ LoraFile read(const Tensors& tensors) {
 }
 
 std::string complaint(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const Error& error) {
-    EXPECT_EQ(to_string(error.code()), to_string(ErrorCode::value_invalid));
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
+  return uwv::testing::complaint(act, ErrorCode::value_invalid);
 }
 
 TEST(LoraFile, EveryDialectMeansTheSameLayer) {

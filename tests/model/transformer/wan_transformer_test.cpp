@@ -6,6 +6,7 @@
 
 #include <limits>
 
+#include "model/complaint.h"
 #include "model/layers/token_kernels.h"
 #include "model/layers/torch_scope.h"
 #include "model/transformer/tiny_model.h"
@@ -16,6 +17,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using uwv::testing::complaint;
 using uwv::testing::near;
 using uwv::testing::Tensors;
 using uwv::testing::TinyInputs;
@@ -27,16 +29,6 @@ const std::string paper = R"("vace_layers": [0, 2], "uniview_ref_branch": "dit",
 class Transformer : public ::testing::Test {
  protected:
   Transformer() : scope_(1) {}
-
-  static std::string complaint(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
-  }
 
   TorchScope scope_;
 };

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "model/complaint.h"
 #include "model/layers/torch_scope.h"
 #include "model/tensor_support.h"
 #include "model/vae/wan_vae.h"
@@ -14,6 +15,7 @@ namespace uwv::model {
 namespace {
 
 using ::testing::HasSubstr;
+using uwv::testing::complaint;
 using uwv::testing::fixture_folder;
 using uwv::testing::near;
 
@@ -27,16 +29,6 @@ class WanVaeExtremes : public ::testing::TestWithParam<VaePrecision> {
   }
   static at::Tensor random(at::IntArrayRef sizes) {
     return at::randn(sizes, at::detail::createCPUGenerator(5), at::TensorOptions(at::kFloat));
-  }
-  static std::string complaint(const std::function<void()>& act, ErrorCode code) {
-    try {
-      act();
-    } catch (const Error& error) {
-      EXPECT_EQ(to_string(error.code()), to_string(code)) << error.what();
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
   }
 
   TorchScope scope_{1};

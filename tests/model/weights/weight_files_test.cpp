@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "model/complaint.h"
 #include "model/tensor_support.h"
 #include "support/temp_folder.h"
 #include "uwv/core/error.h"
@@ -16,19 +17,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using uwv::test::TempFolder;
+using uwv::testing::complaint;
 using uwv::testing::write_safetensors;
 using uwv::testing::write_text;
-
-std::string complaint(const std::function<void()>& act, ErrorCode code) {
-  try {
-    act();
-  } catch (const Error& error) {
-    EXPECT_EQ(to_string(error.code()), to_string(code)) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
 
 TEST(WeightFiles, AFileGivesBackEveryTypeOfNumberUnchanged) {
   const TempFolder folder;
