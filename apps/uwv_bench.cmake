@@ -46,7 +46,8 @@ if(TARGET uwv_model)
     bench/model_text.cpp
     bench/model_transformer.cpp
     bench/model_vae.cpp
-    bench/model_weights.cpp)
+    bench/model_weights.cpp
+    bench/model_windows.cpp)
   target_compile_definitions(uwv_bench PRIVATE UWV_BENCH_MODEL)
   target_include_directories(uwv_bench PRIVATE ${uwv_SOURCE_DIR}/src)
   target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch>)

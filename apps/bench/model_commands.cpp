@@ -71,6 +71,17 @@ void add_model_commands(CLI::App& app, std::function<std::vector<Table>()>& run,
       ->delimiter(',')
       ->capture_default_str();
 
+  CLI::App& windows = subcommand(
+      "windows", "Seams between the windows of a long clip; example: uwv_bench model windows --model DIR --frames 121",
+      measure_windows);
+  clip_flags(windows, *options);
+  windows.add_option("--transformer", options->transformer, "Its transformer, where that is elsewhere");
+  windows.add_option("--overlaps", options->overlaps, "Frames that windows share")
+      ->delimiter(',')
+      ->capture_default_str();
+  windows.add_option("--window-frames", options->window_frames, "Of a window, 1 + 4k")->capture_default_str();
+  windows.add_option("--steps", options->steps, "Of the sampler")->capture_default_str();
+
   CLI::App& vae = subcommand(
       "vae", "The autoencoder, each way of running it; example: uwv_bench model vae --model DIR --forms f32,bf16/2",
       time_vae);

@@ -32,8 +32,11 @@ struct ModelBenchOptions {
   std::vector<std::string> ways{"decode", "encode"};  ///< Of the autoencoder.
   std::vector<double> holes{0.1, 0.25, 0.5};          ///< Shares of the picture that are unknown.
   std::vector<int> margins{0, 1, 2, 4, 8};            ///< Tokens around a hole that are not left out.
-  bool streamed = false;                              ///< Blocks are read when their turn comes.
-  std::string compare;  ///< File that the first form's answer is written to or, where it exists, compared with.
+  std::vector<int> overlaps{4, 8, 20};                ///< Frames that windows share.
+  int window_frames = 41;                             ///< Of a window, 1 + 4k.
+  int steps = 8;
+  bool streamed = false;  ///< Blocks are read when their turn comes.
+  std::string compare;    ///< File that the first form's answer is written to or, where it exists, compared with.
 };
 
 /// Weights of real sizes and random values in the layout of published checkpoints.
@@ -51,6 +54,10 @@ std::vector<Table> time_text_encoder(const ModelBenchOptions& options);
 /// What a step takes when tokens far from the hole are left out, and what that changes in the hole, for holes and
 /// margins of several sizes.
 std::vector<Table> time_known_tokens(const ModelBenchOptions& options);
+
+/// How much frames change where windows end against elsewhere, for overlaps of several lengths, when all windows are
+/// denoised together and when each continues from the last frames of the one before.
+std::vector<Table> measure_windows(const ModelBenchOptions& options);
 
 /// What each choice of sampler, steps, guidance, caching and numbers loses against 50 exact steps.
 std::vector<Table> measure_ladder(const ModelBenchOptions& options);

@@ -2,10 +2,10 @@
 #include <ATen/ATen.h>
 
 #include "bench/model_commands.h"
-#include "bench/peak_memory.h"
 #include "bench/timing.h"
 #include "model/layers/torch_scope.h"
 #include "model/text/umt5_encoder.h"
+#include "uwv/core/peak_memory.h"
 
 namespace uwv::bench {
 namespace {
@@ -41,7 +41,7 @@ std::vector<Table> time_text_encoder(const ModelBenchOptions& options) {
     }
     if (!exact.defined()) exact = answer;
     table.add({form, options.text_tokens, static_cast<double>(encoder.weights().bytes()) / 1e9, open_seconds,
-               median(seconds), peak_memory() / 1e9, relative_error(answer, exact),
+               median(seconds), static_cast<double>(peak_memory()) / 1e9, relative_error(answer, exact),
                answer.square().mean().sqrt().item<double>()});
   }
   return {table};

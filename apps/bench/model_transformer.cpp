@@ -5,12 +5,12 @@
 #include <filesystem>
 
 #include "bench/model_commands.h"
-#include "bench/peak_memory.h"
 #include "bench/timing.h"
 #include "model/layers/torch_scope.h"
 #include "model/transformer/transformer_cost.h"
 #include "model/transformer/wan_transformer.h"
 #include "uwv/core/error.h"
+#include "uwv/core/peak_memory.h"
 
 namespace uwv::bench {
 namespace {
@@ -68,7 +68,7 @@ Measured measure(const ModelBenchOptions& options, const std::string& form, cons
     seconds.push_back(watch.seconds());
   }
   measured.step_seconds = seconds.empty() ? measured.first_seconds : median(seconds);
-  measured.peak_bytes = peak_memory();
+  measured.peak_bytes = static_cast<double>(peak_memory());
   return measured;
 }
 

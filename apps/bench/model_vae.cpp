@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "bench/model_commands.h"
-#include "bench/peak_memory.h"
 #include "bench/timing.h"
 #include "model/layers/torch_scope.h"
 #include "model/vae/vae_cost.h"
 #include "model/vae/wan_vae.h"
+#include "uwv/core/peak_memory.h"
 
 namespace uwv::bench {
 namespace {
@@ -40,7 +40,7 @@ Measured measure(const std::string& folder, const std::string& form, const at::T
   measured.answer = encodes ? vae.encode(input, monitor) : vae.decode(input, monitor);
   measured.seconds = watch.seconds();
   measured.processor_seconds = watch.processor_seconds();
-  measured.peak_bytes = peak_memory();
+  measured.peak_bytes = static_cast<double>(peak_memory());
   return measured;
 }
 
