@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "model/vae/vae_shapes.h"
+#include "model/weights/freed_memory.h"
 #include "model/weights/wan_names.h"
 #include "uwv/core/error.h"
 
@@ -133,6 +134,7 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
         std::optional<at::Tensor> features = pass.push(frame_rows(clip, i, pass.picture_rows()));
         monitor.step(encode_stage, ++done, total);
         if (!features) continue;
+        give_back_freed_memory();
         std::vector<at::Tensor>& parts = waiting[complete++];
         parts.push_back(std::move(*features));
         if (parts.size() < pass.bands()) continue;
@@ -196,6 +198,7 @@ void WanVae::decode_piece(const at::Tensor& latents, const ClipSink& sink, Monit
       });
       std::vector<at::Tensor>& parts = waiting[static_cast<std::size_t>(k)];
       parts.push_back(as_clip(frames));
+      give_back_freed_memory();
       if (parts.size() < pass.bands()) continue;
       sink(first, parts.size() == 1 ? parts[0] : at::cat(parts, 3));
       parts.clear();

@@ -12,10 +12,12 @@ namespace uwv::model::winograd {
 namespace {
 
 /// Tiles that go through matrix products together: enough rows for the products to run at full speed, few enough for
-/// the second-level cache. Blocks do not depend on the number of threads, nor does then any bit of the result.
-constexpr std::int64_t block_tiles = 96;
+/// the caches.
+constexpr std::int64_t block_tiles = 192;
 /// Below so many pixels, transforming the weights takes longer than the products saved.
 constexpr std::int64_t fewest_pixels = 1024;
+/// Tiles a processor is bothered with at least.
+constexpr std::int64_t least_share = 8;
 /// Between planes: multiples of a page apart, all of a tile's numbers would fall on the same lines of the cache.
 constexpr std::int64_t gap = 16;
 
@@ -69,29 +71,38 @@ void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor&
   const TileRun whole{sum.size(0), sum.size(1), (doubled ? 2 : 1) * terms[0].frame.size(0), above};
   const at::Tensor weights = transformed_weights(terms);
   const std::vector<float> zeros(static_cast<std::size_t>(channels));
-  const std::int64_t blocks = (whole.all() + block_tiles - 1) / block_tiles;
-  at::parallel_for(0, blocks, 1, [&](std::int64_t begin, std::int64_t end) {
-    const c10::InferenceMode inference;
-    const at::Tensor all_seen = planes(block_tiles, depth), all_products = planes(block_tiles, outputs);
-    for (std::int64_t block = begin; block < end; ++block) {
-      TileRun tiles = whole;
-      tiles.first = block * block_tiles;
-      tiles.count = std::min(block_tiles, whole.all() - tiles.first);
-      const at::Tensor seen = first_rows(all_seen, tiles.count);
-      for (std::size_t i = 0; i < terms.size(); ++i)
-        transform_frame(terms[i].frame.data_ptr<float>(), doubled, channels, zeros.data(), tiles,
-                        from_column(seen, static_cast<std::int64_t>(i) * channels));
-      at::Tensor products = first_rows(all_products, tiles.count);
-      at::bmm_out(products, seen, weights);
-      transform_sums(products.data_ptr<float>(), products.stride(0), outputs,
+  const at::Tensor all_seen = planes(block_tiles, depth), all_products = planes(block_tiles, outputs);
+  // What every processor does with its share of a block's tiles.
+  const auto share = [](const TileRun& block, const auto& work) {
+    at::parallel_for(0, block.count, least_share, [&](std::int64_t begin, std::int64_t end) {
+      TileRun tiles = block;
+      tiles.first += begin;
+      tiles.count = end - begin;
+      work(tiles, begin);
+    });
+  };
+  for (TileRun block = whole; block.first < whole.all(); block.first += block_tiles) {
+    block.count = std::min(block_tiles, whole.all() - block.first);
+    const at::Tensor seen = first_rows(all_seen, block.count);
+    share(block, [&](const TileRun& tiles, std::int64_t row) {
+      for (std::size_t i = 0; i < terms.size(); ++i) {
+        Planes to = from_column(seen, static_cast<std::int64_t>(i) * channels);
+        to.to += row * to.row;
+        transform_frame(terms[i].frame.data_ptr<float>(), doubled, channels, zeros.data(), tiles, to);
+      }
+    });
+    at::Tensor products = first_rows(all_products, block.count);
+    at::bmm_out(products, seen, weights);
+    share(block, [&](const TileRun& tiles, std::int64_t row) {
+      transform_sums(products.data_ptr<float>() + row * outputs, products.stride(0), outputs,
                      bias.defined() ? bias.data_ptr<float>() : nullptr, add, tiles, sum.data_ptr<float>());
-    }
-  });
+    });
+  }
 }
 
-double scratch_bytes(std::int64_t terms, std::int64_t channels, std::int64_t outputs, int threads) {
+double scratch_bytes(std::int64_t terms, std::int64_t channels, std::int64_t outputs) {
   const double depth = static_cast<double>(terms * channels), wide = static_cast<double>(outputs);
-  return 4.0 * points * (depth * wide + threads * static_cast<double>(block_tiles) * (depth + wide));
+  return 4.0 * points * (depth * wide + static_cast<double>(block_tiles) * (depth + wide));
 }
 
 }  // namespace uwv::model::winograd

@@ -202,19 +202,21 @@ void WeightFiles::rename(const std::function<std::string(const std::string&)>& r
   entries_ = std::move(renamed);
 }
 
-at::Tensor WeightFiles::view(const std::string& name) const {
+at::Tensor WeightFiles::view(const std::string& name) const { return mapped(name).to(device_); }
+
+at::Tensor WeightFiles::mapped(const std::string& name) const {
   if (is_quantised(name))
     fail(ErrorCode::value_invalid,
          "{}: tensor '{}' is held in 8 bits, which only the layers' own matrices may be; convert the checkpoint anew",
          path_, io::printable(name));
-  return mapped(name).to(device_);
+  return stored(name);
 }
 
 QuantisedWeight WeightFiles::quantised(const std::string& name) const {
-  return {mapped(name).to(device_), mapped(scales_name(name)).to(device_)};
+  return {stored(name).to(device_), stored(scales_name(name)).to(device_)};
 }
 
-at::Tensor WeightFiles::mapped(const std::string& name) const {
+at::Tensor WeightFiles::stored(const std::string& name) const {
   const Entry& e = entry(name);
   const auto type = scalar_type(info(name).dtype, fmt::format("{}: tensor '{}'", path_, name));
   const auto stored = files_[e.file].bytes(e.stored_name);

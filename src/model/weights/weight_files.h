@@ -55,8 +55,8 @@ class WeightFiles {
   void put_on(c10::Device device) { device_ = device; }
   c10::Device device() const { return device_; }
 
-  /// The stored numbers in their own type: on the CPU as mapped(), elsewhere a copy. Throws Error(value_invalid) for a
-  /// weight that is_quantised(): its numbers mean nothing without their scales.
+  /// The stored numbers in their own type: on the CPU as mapped(), elsewhere a copy. Throws Error(value_invalid), as
+  /// mapped() does, for a weight that is_quantised(): its numbers mean nothing without their scales.
   at::Tensor view(const std::string& name) const;
   /// The stored numbers on the CPU, without a copy where their alignment allows it. They are mapped read-only: writing
   /// to the tensor ends the program. Valid while any copy of this object lives.
@@ -83,6 +83,7 @@ class WeightFiles {
     std::string stored_name;
   };
   const Entry& entry(const std::string& name) const;
+  at::Tensor stored(const std::string& name) const;
   std::string misfit(const std::string& name, const std::vector<std::int64_t>& wanted) const;
   void refuse_scaled() const;
 

