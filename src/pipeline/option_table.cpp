@@ -247,6 +247,7 @@ std::vector<Option> ladder_options() {
       option("stream", &M::stream, "NAME", "read the transformer block by block at every step: auto, on or off"),
       option("vae_precision", &M::vae_precision, "NAME", "numbers of the autoencoder: auto, f32 or bf16"),
       option("vae_bands", &M::vae_bands, "N", "bands of rows it works through one by one; 0 = as memory needs"),
+      option("vae_tile", &M::vae_tile, "PX", "side of overlapping squares it works on, blended: for 8K; 0 = none"),
       option("vae_fast", &M::vae_fast, "DIR", "tiny decoder (TAEHV layout) for the result"),
       option("preview", &M::preview, "", "write preview.png after each step"),
   };

@@ -86,6 +86,7 @@ struct ModelOptions {
   StreamChoice stream = StreamChoice::automatic;
   VaeNumbers vae_precision = VaeNumbers::f32;
   int vae_bands = 0;     ///< Bands of rows the autoencoder works through one by one; 0 = as many as memory needs.
+  int vae_tile = 0;      ///< Side in pixels of overlapping squares it works on instead, blended; 0 = none. For 8K.
   std::string vae_fast;  ///< Folder or file of a tiny decoder (TAEHV layout) that decodes the result.
   bool preview = false;  ///< Write preview.png after each step: the middle frame without its noise.
 
@@ -136,7 +137,9 @@ inline void ModelOptions::check() const {
           "--window-overlap: found {}, wanted a multiple of 4 below --window-frames {}", window_overlap, window_frames);
   require(memory_limit.empty() || parse_bytes(memory_limit), "--memory-limit: found '{}', wanted bytes such as 16G",
           memory_limit);
-  require(vae_bands >= 0 && vae_bands <= 1000, "--vae-bands: found {}, wanted 0 (automatic) to 1000", vae_bands);
+  require(vae_bands >= 0 && vae_bands <= 64, "--vae-bands: found {}, wanted 0 (automatic) to 64", vae_bands);
+  require(vae_tile == 0 || (vae_tile >= 32 && vae_tile <= 16384 && vae_tile % 8 == 0),
+          "--vae-tile: found {}, wanted 0 (none) or a multiple of 8 from 32 on", vae_tile);
 }
 
 }  // namespace uwv

@@ -67,6 +67,8 @@ std::vector<Candidate> candidates(const ModelOptions& options, c10::Device devic
   std::vector<LinearForm> forms{LinearForm::f32, has_fast_bf16(device) ? LinearForm::bf16 : LinearForm::bf16_stored,
                                 fast_int8 ? LinearForm::int8 : LinearForm::int8_stored};
   if (is_official_run(pass, device)) forms.erase(forms.begin());
+  // Rounded to 8 bits once, a checkpoint gains nothing by wider products.
+  if (pass.stored == DType::i8) forms.erase(forms.begin(), forms.end() - 1);
   if (options.weights != WeightsForm::automatic) forms = {linear_form_of(options.weights)};
   std::vector<Candidate> all;
   for (const bool streamed : {false, true}) {
@@ -110,6 +112,7 @@ void choose_vae(Rungs& rungs, const ModelOptions& options, c10::Device device, c
   rungs.vae.precision = vae_precision_of(options.vae_precision);
   rungs.vae.bands = std::max(1, options.vae_bands);
   rungs.vae.device = device;
+  rungs.vae.tile = options.vae_tile;
   if (options.vae_bands == 0)
     while (rungs.vae.bands < most_bands && vae_bytes(config, rungs.vae, job) > rungs.limit) ++rungs.vae.bands;
   const double bytes = vae_bytes(config, rungs.vae, job);

@@ -40,6 +40,22 @@ TEST_F(RungsTest, ABfloat16CheckpointIsRunAsTheOfficialCodeDoesWhereThatIsFast) 
   EXPECT_EQ(choose().form, LinearForm::f32);
 }
 
+TEST_F(RungsTest, ACheckpointIn8BitsIsRunInThem) {
+  job_.pass.stored = DType::i8;
+  EXPECT_EQ(choose().form, processor_units().int8() ? LinearForm::int8 : LinearForm::int8_stored);
+}
+
+TEST_F(RungsTest, TilesAreThoseAskedFor) {
+  EXPECT_EQ(choose().vae.tile, 0);
+  EXPECT_TRUE(choose().vae.winograd);
+  options_.vae_tile = 256;
+  EXPECT_EQ(choose().vae.tile, 256);
+  for (const int bad : {-8, 24, 36, 20000}) {
+    options_.vae_tile = bad;
+    EXPECT_THROW(options_.check(), std::invalid_argument) << bad;
+  }
+}
+
 TEST_F(RungsTest, ALimitThatHoldsNoWholeCheckpointStreamsIt) {
   job_.pass.stored = DType::bf16;
   options_.memory_limit = "8G";

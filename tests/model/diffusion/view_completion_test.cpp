@@ -109,6 +109,15 @@ TEST_F(ViewCompletion, TheTinyDecoderStandsForTheLargeOne) {
   EXPECT_THAT(complaint(options_), HasSubstr("--vae-fast /no/such/decoder"));
 }
 
+TEST_F(ViewCompletion, TheAutoencoderWorksInTilesWhereAsked) {
+  const Scene scene{.size = {96, 64}, .frames = 5};
+  const Answer whole = complete(scene);
+  options_.vae_tile = 64;
+  EXPECT_NE(complete(scene).frames, whole.frames);
+  options_.vae_tile = 96;  // one tile is the whole picture
+  EXPECT_EQ(complete(scene).frames, whole.frames);
+}
+
 TEST_F(ViewCompletion, AWrongTinyDecoderIsNamedBeforeAnythingIsComputed) {
   const test::TempFolder folder;
   options_.vae_fast = folder.file("other.safetensors");
