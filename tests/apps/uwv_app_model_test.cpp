@@ -51,7 +51,7 @@ class UwvAppWithModel : public ::testing::Test {
 // Behind a plain BLAS of the system's the model would be ten times slower in float32.
 TEST_F(UwvAppWithModel, LibtorchMultipliesMatricesByItsOwnLibrary) {
   EXPECT_THAT(run_app(folder_.path().string(), {"doctor"}).out,
-              ::testing::ContainsRegex("products +by [^\n]*libtorch"));
+              ::testing::ContainsRegex("products +by [^\n]*libtorch_cpu"));
 }
 
 TEST_F(UwvAppWithModel, CompletesTheClipAndRecordsHow) {
@@ -132,6 +132,34 @@ TEST_F(UwvAppWithModel, APlanSaysWhatItWouldTakeWithoutLoadingWeights) {
   EXPECT_THAT(plan.out, HasSubstr("decoding"));
   EXPECT_THAT(plan.out, HasSubstr("s per step"));
   EXPECT_EQ(run_app(folder_.path().string(), {"model", "plan", "--model", "nowhere", "--size", "64x64"}).exit_code, 2);
+}
+
+TEST_F(UwvAppWithModel, AConvertedCheckpointRunsInItsEightBits) {
+  const auto convert = [&](const std::string& out) {
+    return run_app(folder_.path().string(),
+                   {"model", "convert", "--model", weights_ + "/wan", "--weights", "int8", "--out", out});
+  };
+  const Outcome converted = convert("small");
+  ASSERT_EQ(converted.exit_code, 0) << converted.err;
+  EXPECT_THAT(converted.out, HasSubstr("tensors rounded"));
+  const Outcome outcome = run("out", {"--model", "small", "--transformer", "small/transformer"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(completion("out")["choices"].dump(), HasSubstr("weights int8"));
+  const Outcome again = convert("small");
+  EXPECT_EQ(again.exit_code, 2) << again.out;
+  EXPECT_THAT(again.err, HasSubstr("small"));
+}
+
+TEST_F(UwvAppWithModel, KnownTokensAreLeftOutAndCounted) {
+  ASSERT_EQ(run("out", {"--skip-known", "0"}).exit_code, 0);
+  EXPECT_THAT(completion("out")["skipped"].dump(), HasSubstr("tokens"));
+}
+
+TEST_F(UwvAppWithModel, ADeviceThatIsNotThereIsNamed) {
+  const Outcome outcome = run("out", {"--device", "cuda:7"});
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+  EXPECT_THAT(outcome.err, HasSubstr("--device cuda:7"));
+  EXPECT_THAT(outcome.err, HasSubstr("cpu"));
 }
 
 }  // namespace

@@ -30,14 +30,14 @@ void choose_sampler(CompletionSetup& setup, const ModelOptions& options) {
   setup.choices.push_back(fmt::format("sampler {} with shift {}: {}", to_string(sampler.kind), sampler.shift, why));
 }
 
-/// The type that holds most of a checkpoint's bytes.
+/// The type most numbers of the layers' matrices are stored in.
 DType most_stored(const WeightFiles& files) {
-  std::map<DType, std::uint64_t> bytes;
+  std::map<DType, std::size_t> numbers;
   for (const std::string& name : files.names())
-    bytes[files.info(name).dtype] += files.info(name).values() * size_of(files.info(name).dtype);
-  const auto largest =
-      std::max_element(bytes.begin(), bytes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return largest == bytes.end() ? DType::f32 : largest->first;
+    if (const TensorInfo& info = files.info(name); info.shape.size() == 2) numbers[info.dtype] += info.values();
+  const auto most = std::max_element(numbers.begin(), numbers.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == numbers.end() ? DType::f32 : most->first;
 }
 
 PassSize pass_size(const CompletionSetup& setup, const ModelOptions& options) {
