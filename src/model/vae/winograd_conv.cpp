@@ -100,9 +100,4 @@ void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor&
   }
 }
 
-double scratch_bytes(std::int64_t terms, std::int64_t channels, std::int64_t outputs) {
-  const double depth = static_cast<double>(terms * channels), wide = static_cast<double>(outputs);
-  return 4.0 * points * (depth * wide + static_cast<double>(block_tiles) * (depth + wide));
-}
-
 }  // namespace uwv::model::winograd

@@ -33,7 +33,4 @@ bool pays(std::int64_t pixels);
 void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled = false,
               std::int64_t above = 0);
 
-/// Bytes convolve() takes while it runs.
-double scratch_bytes(std::int64_t terms, std::int64_t channels, std::int64_t outputs);
-
 }  // namespace uwv::model::winograd
