@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "model/complaint.h"
 #include "model/layers/torch_scope.h"
 #include "model/text/umt5_encoder.h"
 #include "model/transformer/tiny_model.h"
@@ -16,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using uwv::testing::complaint;
 using uwv::testing::Tensors;
 using uwv::testing::TinyInputs;
 using uwv::testing::TinyModel;
@@ -37,15 +39,6 @@ class Conversion : public ::testing::Test {
     const WanTransformer network = WanTransformer::open(folder, options);
     EXPECT_TRUE(network.warnings().empty());
     return TinyInputs().run(network);
-  }
-  static std::string complaint(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
   }
   /// The converted weights of a tiny model, changed.
   std::string spoiled(const std::function<void(Tensors&)>& spoil) {
