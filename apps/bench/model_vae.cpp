@@ -10,6 +10,7 @@
 #include "model/layers/torch_scope.h"
 #include "model/vae/vae_cost.h"
 #include "model/vae/wan_vae.h"
+#include "model/weights/freed_memory.h"
 #include "uwv/core/peak_memory.h"
 
 namespace uwv::bench {
@@ -34,6 +35,7 @@ struct Measured {
 Measured measure(const std::string& folder, const std::string& form, const at::Tensor& input, bool encodes) {
   const model::WanVae vae = model::WanVae::open(folder, options_of(form));
   Monitor monitor;
+  model::give_back_freed_memory();  // of the forms before
   restart_peak_memory();
   const Stopwatch watch;
   Measured measured;

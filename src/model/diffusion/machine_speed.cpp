@@ -60,7 +60,8 @@ double convolution_speed(VaePrecision precision, c10::Device device) {
   const at::TensorOptions options = at::TensorOptions(device).dtype(type);
   const FrameConv conv(at::full({channels, channels, kernel, kernel}, 0.01, options), {}, FrameConv::Edge::same);
   const at::Tensor frame = at::ones({side, side, channels}, options);
-  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { return conv(frame); });
+  const FramePool pool(type, device);
+  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { return conv(frame, pool); });
 }
 
 double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width, c10::Device device) {

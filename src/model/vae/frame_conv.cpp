@@ -31,29 +31,31 @@ fused_conv::Steps FrameConv::steps(RowEdge rows) const {
   return {rows == RowEdge::zeros ? around : 0, around, 1};
 }
 
-at::Tensor FrameConv::operator()(const at::Tensor& frame, RowEdge rows) const {
-  if (edge_ == Edge::doubled) return doubled_band(frame, 0, 2 * frame.size(0));
+at::Tensor FrameConv::operator()(const at::Tensor& frame, const FramePool& pool, RowEdge rows) const {
+  if (edge_ == Edge::doubled) return doubled_band(frame, pool, 0, 2 * frame.size(0));
   const std::int64_t height = frame.size(0) - (rows == RowEdge::carried ? 2 : 0);
   if (by_winograd(height * frame.size(1))) {
-    at::Tensor result = at::empty({height, frame.size(1), results()}, frame.options());
-    winograd::convolve(result, {{frame.contiguous(), weight_}}, bias_, false, false, rows == RowEdge::carried ? 1 : 0);
+    at::Tensor result = pool.take(height, frame.size(1), results());
+    winograd::convolve(pool, result, {{frame.contiguous(), weight_}}, bias_, false, false,
+                       rows == RowEdge::carried ? 1 : 0);
     return result;
   }
   return as_frame(fused_conv::run(as_picture(frame), weight_, bias_, steps(rows)));
 }
 
-at::Tensor FrameConv::doubled_band(const at::Tensor& frame, std::int64_t above, std::int64_t results) const {
+at::Tensor FrameConv::doubled_band(const at::Tensor& frame, const FramePool& pool, std::int64_t above,
+                                   std::int64_t results) const {
   const std::int64_t width = 2 * frame.size(1), rows = 2 * frame.size(0);
   if (by_winograd(results * width)) {
-    at::Tensor result = at::empty({results, width, weight_.size(0)}, frame.options());
-    winograd::convolve(result, {{frame.contiguous(), weight_}}, bias_, false, true, above);
+    at::Tensor result = pool.take(results, width, weight_.size(0));
+    winograd::convolve(pool, result, {{frame.contiguous(), weight_}}, bias_, false, true, above);
     return result;
   }
   if (above == 0 && results == rows)
     return as_frame(fused_conv::run(as_picture(doubled(frame)), weight_, bias_, {1, 1, 1}));
   // Rows of zeros where the frame ends but the result's surroundings do not.
   const std::int64_t zeros_above = 1 - above, zeros_below = results + 2 - rows - zeros_above;
-  const at::Tensor large = at::empty({zeros_above + rows + zeros_below, width, frame.size(2)}, frame.options());
+  const at::Tensor large = pool.take(zeros_above + rows + zeros_below, width, frame.size(2));
   if (zeros_above > 0) large.narrow(0, 0, zeros_above).zero_();
   if (zeros_below > 0) large.narrow(0, zeros_above + rows, zeros_below).zero_();
   double_into(frame, large.narrow(0, zeros_above, rows));
@@ -88,14 +90,14 @@ CausalConv::CausalConv(const WeightFiles& weights, const std::string& prefix, co
   weights.release(prefix + ".weight");
 }
 
-at::Tensor CausalConv::side_by_side(const FrameHistory& history, RowEdge rows) const {
+at::Tensor CausalConv::side_by_side(const FrameHistory& history, const FramePool& pool, RowEdge rows) const {
   std::vector<at::Tensor> seen;
   for (std::size_t back = 0; back < history.size(); ++back) seen.push_back(history.frame(back));
-  return taps_[history.size() - 1](at::cat(seen, 2), rows);
+  return taps_[history.size() - 1](at::cat(seen, 2), pool, rows);
 }
 
-at::Tensor CausalConv::in_shares(FrameHistory& history, FramePool& pool, RowEdge rows) const {
-  history.replace_newest(pool.copy_of(taps_[0](history.frame(0), rows)), pool);
+at::Tensor CausalConv::in_shares(FrameHistory& history, const FramePool& pool, RowEdge rows) const {
+  history.replace_newest(taps_[0](history.frame(0), pool, rows));
   const std::int64_t results = bias_.size(0);
   at::Tensor sum = history.frame(0).narrow(2, 0, results) + bias_;
   for (std::size_t back = 1; back < history.size(); ++back)
@@ -103,43 +105,44 @@ at::Tensor CausalConv::in_shares(FrameHistory& history, FramePool& pool, RowEdge
   return sum;
 }
 
-void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const {
+void CausalConv::convolve(at::Tensor& sum, const FrameHistory& history, const FramePool& pool, bool add,
+                          RowEdge rows) const {
   std::vector<winograd::Term> terms;
   for (std::size_t back = 0; back < history.size(); ++back)
     terms.push_back({history.frame(back), taps_[back].weight()});
-  winograd::convolve(sum, terms, taps_[0].bias(), add, false, rows == RowEdge::carried ? 1 : 0);
+  winograd::convolve(pool, sum, terms, taps_[0].bias(), add, false, rows == RowEdge::carried ? 1 : 0);
 }
 
-at::Tensor CausalConv::operator()(FrameHistory& history, FramePool& pool, RowEdge rows) const {
+at::Tensor CausalConv::operator()(FrameHistory& history, const FramePool& pool, RowEdge rows) const {
   if (form_ != Form::by_frame) {
-    at::Tensor sum = form_ == Form::in_shares ? in_shares(history, pool, rows) : side_by_side(history, rows);
-    history.keep(2, pool);
+    at::Tensor sum = form_ == Form::in_shares ? in_shares(history, pool, rows) : side_by_side(history, pool, rows);
+    history.keep(2);
     return sum;
   }
   const at::Tensor& newest = history.frame(0);
   const std::int64_t height = newest.size(0) - (rows == RowEdge::carried && taps_[0].weight().size(2) == 3 ? 2 : 0);
   if (taps_[0].by_winograd(height * newest.size(1))) {
-    at::Tensor sum = at::empty({height, newest.size(1), results()}, newest.options());
-    convolve(sum, history, false, rows);
-    history.keep(2, pool);
+    at::Tensor sum = pool.take(height, newest.size(1), results());
+    convolve(sum, history, pool, false, rows);
+    history.keep(2);
     return sum;
   }
-  at::Tensor sum = taps_[0](newest, rows);
+  at::Tensor sum = taps_[0](newest, pool, rows);
   for (std::size_t back = 1; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back), rows);
-  history.keep(2, pool);
+  history.keep(2);
   return sum;
 }
 
-void CausalConv::add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows) const {
+void CausalConv::add_to(at::Tensor& sum, FrameHistory& history, const FramePool& pool, RowEdge rows) const {
   if (form_ != Form::by_frame) {
     sum.add_((*this)(history, pool, rows));
     return;
   }
   if (sum.is_contiguous() && taps_[0].by_winograd(sum.size(0) * sum.size(1)))
-    convolve(sum, history, true, rows);
+    convolve(sum, history, pool, true, rows);
   else
     for (std::size_t back = 0; back < history.size(); ++back) taps_[back].add_to(sum, history.frame(back), rows);
-  history.keep(2, pool);
+  history.keep(2);
 }
 
 PixelConv::PixelConv(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how)

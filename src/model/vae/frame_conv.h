@@ -42,10 +42,11 @@ class FrameConv {
   std::int64_t channels() const { return weight_.size(1); }
   /// O.
   std::int64_t results() const { return weight_.size(0); }
-  at::Tensor operator()(const at::Tensor& frame, RowEdge rows = RowEdge::zeros) const;
+  at::Tensor operator()(const at::Tensor& frame, const FramePool& pool, RowEdge rows = RowEdge::zeros) const;
   /// Of Edge::doubled, for a band: `results` rows, the first of which looks at row `above` - 1 of the doubled frame
   /// (0 or 1; none of -1 and beyond the last: zeros).
-  at::Tensor doubled_band(const at::Tensor& frame, std::int64_t above, std::int64_t results) const;
+  at::Tensor doubled_band(const at::Tensor& frame, const FramePool& pool, std::int64_t above,
+                          std::int64_t results) const;
   /// sum += what operator() gives, without a frame in between where the library can.
   void add_to(at::Tensor& sum, const at::Tensor& frame, RowEdge rows = RowEdge::zeros) const;
 
@@ -76,8 +77,8 @@ class CausalConv {
 
   std::int64_t results() const { return form_ == Form::in_shares ? bias_.size(0) : taps_[0].results(); }
   /// The answer for the newest frame of `history`, of which it keeps the newest two.
-  at::Tensor operator()(FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
-  void add_to(at::Tensor& sum, FrameHistory& history, FramePool& pool, RowEdge rows = RowEdge::zeros) const;
+  at::Tensor operator()(FrameHistory& history, const FramePool& pool, RowEdge rows = RowEdge::zeros) const;
+  void add_to(at::Tensor& sum, FrameHistory& history, const FramePool& pool, RowEdge rows = RowEdge::zeros) const;
 
  private:
   enum class Form {
@@ -86,9 +87,9 @@ class CausalConv {
     in_shares,     ///< Few results.
   };
   /// By Winograd, all frames at once.
-  void convolve(at::Tensor& sum, const FrameHistory& history, bool add, RowEdge rows) const;
-  at::Tensor side_by_side(const FrameHistory& history, RowEdge rows) const;
-  at::Tensor in_shares(FrameHistory& history, FramePool& pool, RowEdge rows) const;
+  void convolve(at::Tensor& sum, const FrameHistory& history, const FramePool& pool, bool add, RowEdge rows) const;
+  at::Tensor side_by_side(const FrameHistory& history, const FramePool& pool, RowEdge rows) const;
+  at::Tensor in_shares(FrameHistory& history, const FramePool& pool, RowEdge rows) const;
 
   Form form_ = Form::by_frame;
   /// By how many frames back, the bias with the newest; side by side: by how many frames there are before the newest;

@@ -6,6 +6,7 @@
 
 #include <deque>
 
+#include "model/vae/frame_pool.h"
 #include "model/vae/row_bands.h"
 
 namespace uwv::model {
@@ -14,9 +15,10 @@ namespace uwv::model {
 /// the first rows kept are the first wanted; of the clip's frames, none is held twice.
 class RowSeam {
  public:
-  /// For one frame's fresh rows (rows, W, C): all that the step has at hand, contiguous. Keeps of them what the step
-  /// says for the band below, if there is one.
-  at::Tensor join(const at::Tensor& fresh, const BandStep& step, const BandPlace& place);
+  /// For one frame's fresh rows (rows, W, C): all that the step has at hand, contiguous, of `pool` where they were not
+  /// there yet. Keeps of them, in `seams`, what the step says for the band below, if there is one.
+  at::Tensor join(const at::Tensor& fresh, const BandStep& step, const BandPlace& place, const FramePool& pool,
+                  const FramePool& seams);
 
  private:
   std::deque<at::Tensor> kept_;

@@ -84,6 +84,7 @@ at::Tensor grow_of(const WeightFiles& weights, const std::string& name, std::int
 struct TinyVae::Pass {
   std::vector<std::vector<at::Tensor>> before;
   std::vector<at::Tensor> shown;
+  FramePool pool;
   Monitor& monitor;
   long done, total;
 };
@@ -128,13 +129,18 @@ void TinyVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& m
   if (!at::isfinite(latents).all().item<bool>())
     fail(ErrorCode::value_invalid, "the latents to decode hold NaN or infinite numbers; what made them went wrong");
   const std::int64_t count = latents.size(2);
-  Pass pass{std::vector<std::vector<at::Tensor>>(levels_.size()), {}, monitor, 0, frames_a_latent * count};
+  Pass pass{std::vector<std::vector<at::Tensor>>(levels_.size()),
+            {},
+            FramePool(type_, device_),
+            monitor,
+            0,
+            frames_a_latent * count};
   for (std::size_t i = 0; i < levels_.size(); ++i) pass.before[i].resize(levels_[i].blocks.size());
   std::int64_t first = 0;
   for (std::int64_t k = 0; k < count; ++k) {
     const at::Tensor latent = latents[0].select(1, k).permute({1, 2, 0}).to(device_, at::kFloat);
     // The network's first step: large latents are bent to +-3.
-    push(0, conv_in_(at::tanh(latent / 3).mul_(3).to(type_).contiguous()).relu_(), pass);
+    push(0, conv_in_(at::tanh(latent / 3).mul_(3).to(type_).contiguous(), pass.pool).relu_(), pass);
     if (k == 0) pass.shown.erase(pass.shown.begin(), pass.shown.end() - 1);
     const at::Tensor frames =
         at::stack(pass.shown).permute({3, 0, 1, 2}).unsqueeze(0).to(at::kCPU, at::kFloat).contiguous();
@@ -146,7 +152,7 @@ void TinyVae::decode(const at::Tensor& latents, const ClipSink& sink, Monitor& m
 
 void TinyVae::push(std::size_t index, at::Tensor frame, Pass& pass) const {
   if (index == levels_.size()) {
-    pass.shown.push_back(conv_out_(frame.relu_()));
+    pass.shown.push_back(conv_out_(frame.relu_(), pass.pool));
     pass.monitor.step(stage, ++pass.done, pass.total);
     return;
   }
@@ -154,10 +160,10 @@ void TinyVae::push(std::size_t index, at::Tensor frame, Pass& pass) const {
   for (std::size_t i = 0; i < level.blocks.size(); ++i) {
     const Block& block = level.blocks[i];
     at::Tensor& before = pass.before[index][i];
-    at::Tensor inner = block.current(frame);
+    at::Tensor inner = block.current(frame, pass.pool);
     if (before.defined()) block.before.add_to(inner, before);
-    inner = block.second(inner.relu_());
-    inner = block.third(inner.relu_());
+    inner = block.second(inner.relu_(), pass.pool);
+    inner = block.third(inner.relu_(), pass.pool);
     before = std::move(frame);
     frame = inner.add_(before).relu_();
   }
@@ -165,7 +171,7 @@ void TinyVae::push(std::size_t index, at::Tensor frame, Pass& pass) const {
   const at::Tensor grown = at::linear(frame, level.grow);
   const std::int64_t channels = frame.size(2);
   for (std::int64_t i = 0; i < level.frames; ++i)
-    push(index + 1, level.resample(doubled(grown.narrow(2, i * channels, channels))), pass);
+    push(index + 1, level.resample(doubled(grown.narrow(2, i * channels, channels)), pass.pool), pass);
 }
 
 at::Tensor TinyVae::decode(const at::Tensor& latents, Monitor& monitor) const {

@@ -30,7 +30,11 @@ void VaePass::enter(const BandPlace& band) {
   place = band;
 }
 
-BorderedFrame bordered_frame(FramePool& pool, const BandPlace& place, const BandStep& step, std::int64_t rows,
+at::Tensor VaePass::joined(const at::Tensor& fresh, ConvMemory& memory) const {
+  return memory.seam.join(fresh, memory.step, place, pool, seams);
+}
+
+BorderedFrame bordered_frame(const FramePool& pool, const BandPlace& place, const BandStep& step, std::int64_t rows,
                              std::int64_t width, std::int64_t channels) {
   const std::int64_t above = !place.whole() && step.at_top ? 1 : 0, below = !place.whole() && step.at_bottom ? 1 : 0;
   at::Tensor frame = pool.take(above + rows + below, width, channels);
@@ -59,10 +63,10 @@ ResBlock::ResBlock(const WeightFiles& weights, const std::string& prefix, const 
 
 at::Tensor ResBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass) const {
   pass.between();
-  const at::Tensor all = memory.first.seam.join(frame, memory.first.step, pass.place);
+  const at::Tensor all = pass.joined(frame, memory.first);
   frame.reset();
   at::Tensor inner = convolved(norm1_, conv1_, all, memory.first, pass);
-  inner = memory.second.seam.join(inner, memory.second.step, pass.place);
+  inner = pass.joined(inner, memory.second);
   const BandStep& step = memory.second.step;
   if (step.made.count() == 0) return no_rows(all, all.size(1), conv2_.results());
   remember(norm2_, rows_of(inner, step.all.begin, step.read), memory.second, pass);
@@ -85,7 +89,6 @@ at::Tensor FrameAttention::operator()(at::Tensor frame, VaePass& pass) const {
   at::Tensor normed = pass.pool.take(frame.size(0), frame.size(1), channels);
   norm_(frame, normed);
   const std::vector<at::Tensor> qkv = to_qkv_(normed).reshape({1, 1, -1, 3 * channels}).chunk(3, -1);
-  pass.pool.give(std::move(normed));
   const at::Tensor seen = at::scaled_dot_product_attention(qkv[0], qkv[1], qkv[2]);
   return frame.add_(proj_(seen).view_as(frame));
 }
@@ -111,7 +114,7 @@ VaeHead::VaeHead(const WeightFiles& weights, const std::string& prefix, const Va
     : norm_(weights, prefix + ".norm_out"), conv_(weights, prefix + ".conv_out", how) {}
 
 at::Tensor VaeHead::operator()(const at::Tensor& frame, ConvMemory& memory, VaePass& pass) const {
-  return convolved(norm_, conv_, memory.seam.join(frame, memory.step, pass.place), memory, pass);
+  return convolved(norm_, conv_, pass.joined(frame, memory), memory, pass);
 }
 
 }  // namespace uwv::model

@@ -14,18 +14,6 @@
 
 namespace uwv::model {
 
-/// One way through a clip: where frames come from, and a call between blocks that may throw to stop it.
-struct VaePass {
-  FramePool pool;
-  std::function<void()> between;
-  BandPlace place{};
-
-  /// A band carries what is around its rows, zeros where the picture ends included.
-  RowEdge row_edge() const { return place.whole() ? RowEdge::zeros : RowEdge::carried; }
-  /// The next band, whose frames have other sizes.
-  void enter(const BandPlace& band);
-};
-
 /// What a convolution remembers: of the band at hand the last frames, of the band above the last rows.
 struct ConvMemory {
   BandStep step;
@@ -36,6 +24,21 @@ struct ConvMemory {
     step = next;
     frames = {};
   }
+};
+
+/// One way through a clip: where frames come from, and a call between blocks that may throw to stop it.
+struct VaePass {
+  FramePool pool;
+  std::function<void()> between;
+  BandPlace place{};
+  FramePool seams{pool.type(), pool.device()};  ///< Of rows that wait for another band.
+
+  /// A band carries what is around its rows, zeros where the picture ends included.
+  RowEdge row_edge() const { return place.whole() ? RowEdge::zeros : RowEdge::carried; }
+  /// The next band, whose frames have other sizes.
+  void enter(const BandPlace& band);
+  /// See RowSeam.
+  at::Tensor joined(const at::Tensor& fresh, ConvMemory& memory) const;
 };
 
 /// norm, SiLU, conv, norm, SiLU, conv, plus the input (through a convolution of one pixel where the channels change).
@@ -98,7 +101,7 @@ class VaeHead {
 struct BorderedFrame {
   at::Tensor frame, inside;
 };
-BorderedFrame bordered_frame(FramePool& pool, const BandPlace& place, const BandStep& step, std::int64_t rows,
+BorderedFrame bordered_frame(const FramePool& pool, const BandPlace& place, const BandStep& step, std::int64_t rows,
                              std::int64_t width, std::int64_t channels);
 /// (0, width, channels): what a layer that rests in a band hands on.
 at::Tensor no_rows(const at::Tensor& like, std::int64_t width, std::int64_t channels);

@@ -43,6 +43,7 @@ WanDecoder::Pass::Pass(const WanDecoder& decoder, std::int64_t latent_height, in
   for (std::size_t i = 0; i < levels_.size(); ++i) levels_[i].blocks.resize(decoder.levels_[i].blocks.size());
   mid_.enter(height_);
   plan();
+  whole_.pool = pass_.pool;  // frames of the coarsest level have the same sizes
 }
 
 void WanDecoder::Pass::plan() {
@@ -92,8 +93,8 @@ void WanDecoder::Pass::push(const at::Tensor& latent, const Sink& sink) {
   }
   if (!pass_.place.last) {
     const std::int64_t rows = bands_[band_].levels.front().in.count();
-    below_.push_back(frame.narrow(0, rows, frame.size(0) - rows).clone());
-    frame = frame.narrow(0, 0, rows).clone();
+    below_.push_back(pass_.seams.copy_of(frame.narrow(0, rows, frame.size(0) - rows)));
+    frame = pass_.pool.copy_of(frame.narrow(0, 0, rows));
   }
   push_level(0, std::move(frame), sink);
 }
@@ -133,11 +134,11 @@ void WanDecoder::Pass::push_upsampled(std::size_t index, const at::Tensor& frame
   pass_.between();
   const FrameConv& conv = decoder_.levels_[index].resample;
   ConvMemory& memory = levels_[index].resample;
-  const at::Tensor all = memory.seam.join(frame, memory.step, pass_.place);
+  const at::Tensor all = pass_.joined(frame, memory);
   const std::int64_t results = memory.step.made.count();
   push_level(index + 1,
              results == 0 ? no_rows(all, 2 * all.size(1), conv.results())
-                          : conv.doubled_band(all, memory.step.at_top ? 0 : 1, results),
+                          : conv.doubled_band(all, pass_.pool, memory.step.at_top ? 0 : 1, results),
              sink);
 }
 

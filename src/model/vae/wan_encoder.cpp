@@ -86,7 +86,7 @@ std::optional<at::Tensor> WanEncoder::Pass::push(const at::Tensor& picture) {
 
 at::Tensor WanEncoder::Pass::begin(const at::Tensor& picture) {
   const BandStep& step = conv_in_.step;
-  const at::Tensor all = conv_in_.seam.join(picture.to(encoder_.device_, encoder_.how_.type), step, pass_.place);
+  const at::Tensor all = pass_.joined(picture.to(encoder_.device_, encoder_.how_.type), conv_in_);
   if (step.made.count() == 0) return no_rows(all, all.size(1), encoder_.conv_in_.results());
   BorderedFrame newest = bordered_frame(pass_.pool, pass_.place, step, all.size(0), all.size(1), all.size(2));
   newest.inside.copy_(all);
@@ -97,10 +97,10 @@ at::Tensor WanEncoder::Pass::begin(const at::Tensor& picture) {
 at::Tensor WanEncoder::Pass::halve_picture(std::size_t index, const at::Tensor& frame) {
   ConvMemory& memory = levels_[index].resample;
   const FrameConv& conv = encoder_.levels_[index].resample;
-  const at::Tensor all = memory.seam.join(frame, memory.step, pass_.place);
+  const at::Tensor all = pass_.joined(frame, memory);
   if (memory.step.made.count() == 0) return no_rows(all, all.size(1) / 2, conv.results());
   // Zeros to the right, and below where the picture ends, for the last of the windows of three.
-  return conv(at::constant_pad_nd(all, {0, 0, 0, 1, 0, memory.step.at_bottom ? 1 : 0}));
+  return conv(at::constant_pad_nd(all, {0, 0, 0, 1, 0, memory.step.at_bottom ? 1 : 0}), pass_.pool);
 }
 
 std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, const at::Tensor& frame) {
@@ -110,11 +110,11 @@ std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, cons
   // The first frame stays as it is; the frames after it look back at it.
   if (number == 0) return frame;
   if (number % 2 != 0) {
-    memory.halving.keep(2, pass_.pool);
+    memory.halving.keep(2);
     return std::nullopt;
   }
   if (frame.size(0) == 0) {
-    memory.halving.keep(2, pass_.pool);
+    memory.halving.keep(2);
     return frame;
   }
   return encoder_.levels_[index].halving(memory.halving, pass_.pool);

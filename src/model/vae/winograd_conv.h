@@ -12,6 +12,8 @@
 
 #include <vector>
 
+#include "model/vae/frame_pool.h"
+
 namespace uwv::model::winograd {
 
 /// A frame and what it is convolved with.
@@ -29,8 +31,9 @@ bool pays(std::int64_t pixels);
 
 /// sum (h, w, O), contiguous, becomes the terms' sum plus `bias` (O; may be undefined); with `add` that is added to it.
 /// With `doubled` frames are half as high and wide, each pixel standing for 2x2. Frames may have rows that the sum has
-/// not: `above` of them (after doubling), and any number below; beyond them are zeros. All terms share C and O.
-void convolve(at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add, bool doubled = false,
-              std::int64_t above = 0);
+/// not: `above` of them (after doubling), and any number below; beyond them are zeros. All terms share C and O. What it
+/// needs meanwhile is of `pool`, float32.
+void convolve(const FramePool& pool, at::Tensor& sum, const std::vector<Term>& terms, const at::Tensor& bias, bool add,
+              bool doubled = false, std::int64_t above = 0);
 
 }  // namespace uwv::model::winograd

@@ -42,6 +42,7 @@ struct Problem {
 class WinogradConv : public ::testing::Test {
  protected:
   WinogradConv() { at::manual_seed(3); }
+  FramePool pool_{at::kFloat};
   TorchScope scope_{2};
 };
 
@@ -53,9 +54,9 @@ TEST_F(WinogradConv, GivesThePlainSumAtEverySize) {
         const auto inputs = problem.random();
         const at::Tensor bias = at::randn({16});
         at::Tensor ours = problem.result();
-        winograd::convolve(ours, inputs, bias, false, twice);
+        winograd::convolve(pool_, ours, inputs, bias, false, twice);
         EXPECT_TRUE(near(ours, plain(inputs, bias, twice), 2e-5)) << height << "x" << width << " " << terms << twice;
-        winograd::convolve(ours, inputs, {}, true, twice);
+        winograd::convolve(pool_, ours, inputs, {}, true, twice);
         EXPECT_TRUE(near(ours, 2 * plain(inputs, bias, twice) - bias, 4e-5)) << height << "x" << width;
       }
 }
@@ -65,12 +66,12 @@ TEST_F(WinogradConv, ABandOfRowsIsThatPartOfTheWhole) {
     const Problem problem{23, 18, 32, 16, 2, twice};
     const auto inputs = problem.random();
     at::Tensor whole = problem.result();
-    winograd::convolve(whole, inputs, {}, false, twice);
+    winograd::convolve(pool_, whole, inputs, {}, false, twice);
     const std::int64_t scale = twice ? 2 : 1, first = scale * 7 + 1;
     auto band = inputs;
     for (winograd::Term& term : band) term.frame = term.frame.narrow(0, 7, 9);
     at::Tensor ours = whole.narrow(0, first, scale * 9 - 2).clone().zero_();
-    winograd::convolve(ours, band, {}, false, twice, 1);
+    winograd::convolve(pool_, ours, band, {}, false, twice, 1);
     EXPECT_TRUE(near(ours, whole.narrow(0, first, scale * 9 - 2), 2e-5)) << twice;
   }
 }
@@ -80,7 +81,7 @@ TEST_F(WinogradConv, ErrorsAtTheNetworksWidthsAreFarBelowThePartsTolerance) {
     const Problem problem{24, 40, channels, channels, 3, false};
     const auto inputs = problem.random();
     at::Tensor ours = problem.result();
-    winograd::convolve(ours, inputs, {}, false);
+    winograd::convolve(pool_, ours, inputs, {}, false);
     EXPECT_TRUE(near(ours, plain(inputs, {}, false), 2e-5)) << channels;
   }
 }
@@ -90,14 +91,14 @@ TEST_F(WinogradConv, ErrorsGoWithTheSizeOfTheNumbersAround) {
   for (const double scale : {1e-6, 1e4, 1e15}) {
     const auto inputs = problem.random(scale);
     at::Tensor ours = problem.result();
-    winograd::convolve(ours, inputs, {}, false);
+    winograd::convolve(pool_, ours, inputs, {}, false);
     EXPECT_TRUE(near(ours / scale, plain(inputs, {}, false) / scale, 2e-5)) << scale;
   }
   // One huge number spoils its own and the neighbouring tiles, no others.
   auto inputs = problem.random();
   inputs[0].frame[5][5][3] = 1e6;
   at::Tensor ours = problem.result();
-  winograd::convolve(ours, inputs, {}, false);
+  winograd::convolve(pool_, ours, inputs, {}, false);
   const at::Tensor error = (ours - plain(inputs, {}, false)).abs().amax(2);
   EXPECT_LT(error.max().item<double>(), 1e6 * 2e-5);
   EXPECT_LT(error.slice(0, 8).max().item<double>(), 2e-5);
@@ -110,7 +111,7 @@ TEST_F(WinogradConv, WhatIsNoNumberStaysNone) {
     const auto inputs = problem.random();
     inputs[0].frame[4][4][0] = bad;
     at::Tensor ours = problem.result();
-    winograd::convolve(ours, inputs, {}, false);
+    winograd::convolve(pool_, ours, inputs, {}, false);
     EXPECT_FALSE(at::isfinite(ours[4][4]).any().item<bool>());
   }
 }
@@ -119,9 +120,9 @@ TEST_F(WinogradConv, ThreadsChangeRoundingAtMost) {
   const Problem problem{50, 70, 32, 16, 3, false};
   const auto inputs = problem.random();
   at::Tensor two = problem.result(), one = problem.result();
-  winograd::convolve(two, inputs, {}, false);
+  winograd::convolve(pool_, two, inputs, {}, false);
   const TorchScope scope(1);
-  winograd::convolve(one, inputs, {}, false);
+  winograd::convolve(pool_, one, inputs, {}, false);
   EXPECT_TRUE(near(one, two, 1e-5));
 }
 
