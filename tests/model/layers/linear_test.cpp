@@ -4,6 +4,8 @@
 #include <ATen/ATen.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "model/layers/token_kernels.h"
 #include "model/layers/torch_scope.h"
 #include "model/tensor_support.h"
@@ -121,6 +123,27 @@ TEST(Linear, AWeightThatIs8BitAlreadyGivesTheSameBitsAsOneRoundedHere) {
     EXPECT_TRUE(near(Linear(stored, c.bias, form)(c.x), Linear(wide, c.bias, LinearForm::f32)(c.x),
                      form == LinearForm::bf16 ? 0.1 : 1e-4))
         << to_string(form);
+}
+
+// The library falls back on plain loops, a thousand times slower, for kinds of numbers the CPU's units do not take.
+TEST(Linear, NoFormFallsBackOnAPlainLoop) {
+  const TorchScope scope(1);
+  const Case c = random_case(32, 512, 512);
+  const auto seconds = [&](LinearForm form, at::ScalarType tokens) {
+    const Linear layer(c.weight, c.bias, form);
+    const at::Tensor x = c.x.to(tokens);
+    double best = 1e9;
+    for (int run = 0; run < 5; ++run) {
+      const auto start = std::chrono::steady_clock::now();
+      layer(x);
+      best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    return best;
+  };
+  const double exact = seconds(LinearForm::f32, at::kFloat);
+  for (const LinearForm form : forms)
+    for (const at::ScalarType tokens : {at::kFloat, at::kBFloat16})
+      EXPECT_LT(seconds(form, tokens), 100 * exact) << to_string(form) << " of " << c10::toString(tokens);
 }
 
 TEST(Linear, LayersOfOneFormShareWhatTheyRead) {
