@@ -47,7 +47,17 @@ PassTime pass_time(const CompletionSetup& setup, const PartCost& cost) {
   return {layers / 1e9, seconds / pass.batch};
 }
 
-CompletionPlan::Stage encoding_stage(const CompletionSetup& setup, double convolutions) {
+/// Of what encodes and of what decodes.
+struct ConvolutionSpeeds {
+  explicit ConvolutionSpeeds(const CompletionSetup& setup)
+      : encoding(convolution_speed(setup.rungs.vae.precision, setup.device)),
+        decoding(setup.job.fast
+                     ? convolution_speed(setup.rungs.vae.precision, setup.device, setup.job.fast->levels.back())
+                     : encoding) {}
+  double encoding, decoding;
+};
+
+CompletionPlan::Stage encoding_stage(const CompletionSetup& setup, const ConvolutionSpeeds& speeds) {
   const JobSize& job = setup.job;
   const PartCost clip = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::encode);
   double flops = 2 * clip.flops;  // what is known, and what lies in the holes
@@ -56,7 +66,19 @@ CompletionPlan::Stage encoding_stage(const CompletionSetup& setup, double convol
     flops += vae_cost(setup.vae, setup.rungs.vae, reference, VaeWay::encode).flops *
              static_cast<double>(setup.windows.size());
   }
-  return {"encoding", static_cast<std::uint64_t>(clip.bytes), flops / convolutions};
+  return {"encoding", static_cast<std::uint64_t>(clip.bytes), flops / speeds.encoding};
+}
+
+CompletionPlan::Stage decoding_stage(const CompletionSetup& setup, const ConvolutionSpeeds& speeds) {
+  const PartCost cost = decoding_cost(setup.vae, setup.rungs.vae, setup.job);
+  return {"decoding", static_cast<std::uint64_t>(cost.bytes), cost.flops / speeds.decoding};
+}
+
+/// Of one picture by the tiny decoder after each step; other previews take no time.
+double preview_seconds(const CompletionSetup& setup, const ConvolutionSpeeds& speeds) {
+  if (!setup.job.decodes_previews()) return 0;
+  const ClipSize& clip = setup.job.clip;
+  return estimated_flops(*setup.job.fast, {1, clip.height, clip.width}) / speeds.decoding;
 }
 
 /// Layers are read one by one and held in float32 while they work; each prompt's own words go through them.
@@ -81,10 +103,8 @@ CompletionPlan plan_completion(const ModelOptions& options, Size size, long fram
   options.check();
   const TorchScope scope(threads);
   const CompletionSetup setup = set_up(options, size, frames);
-  const JobSize& job = setup.job;
-  const PartCost transformer = transformer_cost(setup.config, job.pass, setup.rungs.form, setup.rungs.streamed);
-  const PartCost decoder = vae_cost(setup.vae, setup.rungs.vae, job.clip, VaeWay::decode);
-  const double convolutions = convolution_speed(setup.rungs.vae.precision, setup.device);
+  const PartCost transformer = transformer_cost(setup.config, setup.job.pass, setup.rungs.form, setup.rungs.streamed);
+  const ConvolutionSpeeds convolutions(setup);
   const PassTime pass = pass_time(setup, transformer);
 
   CompletionPlan plan;
@@ -94,12 +114,14 @@ CompletionPlan plan_completion(const ModelOptions& options, Size size, long fram
   double passes = 0;
   for (int step = 0; step < setup.denoise.sampler.steps; ++step) passes += setup.denoise.guided(step) ? 2 : 1;
   plan.seconds_per_step =
-      static_cast<double>(setup.windows.size()) * pass.seconds * passes / setup.denoise.sampler.steps;
+      static_cast<double>(setup.windows.size()) * pass.seconds * passes / setup.denoise.sampler.steps +
+      preview_seconds(setup, convolutions);
   plan.stages = {
       encoding_stage(setup, convolutions),
       text_stage(setup, options),
-      {"denoising", static_cast<std::uint64_t>(transformer.bytes), plan.seconds_per_step * setup.denoise.sampler.steps},
-      {"decoding", static_cast<std::uint64_t>(decoder.bytes), decoder.flops / convolutions}};
+      {"denoising", static_cast<std::uint64_t>(denoising_bytes(transformer, setup.job, setup.rungs.vae.precision)),
+       plan.seconds_per_step * setup.denoise.sampler.steps},
+      decoding_stage(setup, convolutions)};
   if (setup.rungs.streamed)
     plan.choices.push_back(
         fmt::format("each pass reads {:.1f} GiB from disk, unless the system keeps them; the time that takes is not "

@@ -66,11 +66,15 @@ CompletionSetup set_up(const ModelOptions& options, Size size, long frames) {
   setup.folder = CheckpointFolder::find(options);
   setup.config = TransformerConfig::read(setup.folder.transformer);
   setup.vae = VaeConfig::read(setup.folder.vae + "/config.json");
-  if (!options.vae_fast.empty()) TinyVae::check(options.vae_fast, setup.vae.z_dim);
   setup.denoise = {options.sampling(), options.guidance_scale(), options.cfg_share, options.cfg_batch};
   choose_sampler(setup, options);
   setup.denoise.check();
-  setup.job = {{whole_frames(frames), whole_side(size.height), whole_side(size.width)}, {}};
+  setup.job.clip = {whole_frames(frames), whole_side(size.height), whole_side(size.width)};
+  setup.job.previews = options.preview;
+  if (!options.vae_fast.empty()) {
+    TinyVae::check(options.vae_fast, setup.vae.z_dim);
+    setup.job.fast = TinyVaeSizes::read(options.vae_fast);
+  }
   setup.windows = plan_windows(latent_frames(setup.job.clip.frames), {options.window_frames, options.window_overlap});
   setup.job.pass = pass_size(setup, options);
   setup.rungs = choose_rungs(options, setup.device, setup.config, setup.vae, setup.job);

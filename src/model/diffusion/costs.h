@@ -6,13 +6,15 @@
 
 #include "model/layers/linear_form.h"
 #include "model/transformer/transformer_config.h"
+#include "model/vae/tiny_vae_cost.h"
 #include "model/vae/vae_cost.h"
 #include "uwv/io/dtype.h"
 
 namespace uwv::model {
 
 struct PartCost {
-  double bytes = 0;  ///< Resident at the largest, weights included.
+  double bytes = 0;    ///< Resident at the largest, weights included.
+  double resting = 0;  ///< Of these, what stays between passes; of the transformer only.
   double flops = 0;
   double attention_flops = 0;  ///< Of these, where attention is counted apart.
   double rounded = 0;          ///< Weights that are rounded to another form in each pass.
@@ -31,5 +33,8 @@ PartCost transformer_cost(const TransformerConfig& config, const PassSize& pass,
 
 /// The caller's frames and latents not included.
 PartCost vae_cost(const VaeConfig& config, const VaeOptions& options, const ClipSize& clip, VaeWay way);
+
+/// Likewise, of the tiny decoder.
+PartCost tiny_vae_cost(const TinyVaeSizes& sizes, VaePrecision precision, const ClipSize& clip);
 
 }  // namespace uwv::model

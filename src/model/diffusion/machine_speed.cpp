@@ -54,14 +54,15 @@ double attention_speed(LinearForm form, std::int64_t head_dim, std::int64_t toke
          rate([&] { return at::scaled_dot_product_attention(x, x, x); });
 }
 
-double convolution_speed(VaePrecision precision, c10::Device device) {
-  constexpr std::int64_t channels = 192, side = 96, kernel = 3;  // as in the middle of the decoder
+double convolution_speed(VaePrecision precision, c10::Device device, std::int64_t channels) {
+  constexpr std::int64_t side = 96, kernel = 3;
   const auto type = resolved(precision) == VaePrecision::bf16 ? at::kBFloat16 : at::kFloat;
   const at::TensorOptions options = at::TensorOptions(device).dtype(type);
   const FrameConv conv(at::full({channels, channels, kernel, kernel}, 0.01, options), {}, FrameConv::Edge::same);
   const at::Tensor frame = at::ones({side, side, channels}, options);
   const FramePool pool(type, device);
-  return 2.0 * side * side * channels * channels * kernel * kernel * rate([&] { return conv(frame, pool); });
+  return 2.0 * static_cast<double>(side * side * channels * channels * kernel * kernel) *
+         rate([&] { return conv(frame, pool); });
 }
 
 double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width, c10::Device device) {

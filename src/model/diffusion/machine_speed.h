@@ -15,8 +15,8 @@ namespace uwv::model {
 double linear_speed(LinearForm form, std::int64_t width, c10::Device device = c10::kCPU);
 /// Of attention among `tokens` tokens with heads of `head_dim`, in the type of number the form hands it.
 double attention_speed(LinearForm form, std::int64_t head_dim, std::int64_t tokens, c10::Device device = c10::kCPU);
-/// Of the autoencoder's convolutions.
-double convolution_speed(VaePrecision precision, c10::Device device = c10::kCPU);
+/// Of the autoencoder's convolutions; of `channels`, as many as in the middle of the decoder unless told.
+double convolution_speed(VaePrecision precision, c10::Device device = c10::kCPU, std::int64_t channels = 192);
 /// Weights a second that are brought from `stored_bytes` each (4, 2 or 1) into a form, as a streamed pass does.
 double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width, c10::Device device = c10::kCPU);
 

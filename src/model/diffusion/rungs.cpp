@@ -79,9 +79,12 @@ std::vector<Candidate> candidates(const ModelOptions& options, c10::Device devic
 }
 
 void choose_transformer(Rungs& rungs, const ModelOptions& options, c10::Device device, const TransformerConfig& config,
-                        const PassSize& pass) {
+                        const JobSize& job) {
+  const PassSize& pass = job.pass;
   const std::vector<Candidate> all = candidates(options, device, pass);
-  const auto bytes = [&](const Candidate& c) { return transformer_cost(config, pass, c.form, c.streamed).bytes; };
+  const auto bytes = [&](const Candidate& c) {
+    return denoising_bytes(transformer_cost(config, pass, c.form, c.streamed), job, rungs.vae.precision);
+  };
   auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return bytes(c) <= rungs.limit; });
   if (chosen == all.end()) {
     chosen = std::min_element(all.begin(), all.end(), [&](auto& a, auto& b) { return bytes(a) < bytes(b); });
@@ -107,12 +110,7 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, c10::Device d
                         : fmt::format("; {} needs {:.1f}", to_string(all.front().form), bytes(all.front()) / gib)));
 }
 
-void choose_vae(Rungs& rungs, const ModelOptions& options, c10::Device device, const VaeConfig& config,
-                const JobSize& job) {
-  rungs.vae.precision = vae_precision_of(options.vae_precision);
-  rungs.vae.bands = std::max(1, options.vae_bands);
-  rungs.vae.device = device;
-  rungs.vae.tile = options.vae_tile;
+void choose_bands(Rungs& rungs, const ModelOptions& options, const VaeConfig& config, const JobSize& job) {
   if (options.vae_bands == 0)
     while (rungs.vae.bands < most_bands && vae_bytes(config, rungs.vae, job) > rungs.limit) ++rungs.vae.bands;
   const double bytes = vae_bytes(config, rungs.vae, job);
@@ -126,11 +124,32 @@ void choose_vae(Rungs& rungs, const ModelOptions& options, c10::Device device, c
                                         bytes / gib, rungs.limit / gib));
 }
 
+void check_tiny_decoder(const Rungs& rungs, const ModelOptions& options, const JobSize& job) {
+  if (!job.fast || options.memory_limit.empty()) return;
+  const double bytes = tiny_vae_cost(*job.fast, rungs.vae.precision, job.clip).bytes;
+  if (bytes > rungs.limit)
+    fail(ErrorCode::out_of_memory,
+         "--memory-limit {}: the tiny decoder needs {:.1f} GiB; take a smaller --size, or --vae-precision bf16",
+         options.memory_limit, bytes / gib);
+}
+
 }  // namespace
 
+PartCost decoding_cost(const VaeConfig& config, const VaeOptions& options, const JobSize& job) {
+  return job.fast ? tiny_vae_cost(*job.fast, options.precision, job.clip)
+                  : vae_cost(config, options, job.clip, VaeWay::decode);
+}
+
 double vae_bytes(const VaeConfig& config, const VaeOptions& options, const JobSize& job) {
-  return std::max(vae_cost(config, options, job.clip, VaeWay::encode).bytes,
-                  vae_cost(config, options, job.clip, VaeWay::decode).bytes);
+  const double encoding = vae_cost(config, options, job.clip, VaeWay::encode).bytes;
+  return job.fast ? encoding : std::max(encoding, vae_cost(config, options, job.clip, VaeWay::decode).bytes);
+}
+
+double denoising_bytes(const PartCost& transformer, const JobSize& job, VaePrecision precision) {
+  if (!job.decodes_previews()) return transformer.bytes;
+  const double weights = estimated_weight_bytes(*job.fast, precision);
+  const double working = estimated_working_bytes(*job.fast, job.clip, precision);
+  return weights + std::max(transformer.bytes, transformer.resting + working);
 }
 
 Rungs choose_rungs(const ModelOptions& options, c10::Device device, const TransformerConfig& config,
@@ -138,8 +157,13 @@ Rungs choose_rungs(const ModelOptions& options, c10::Device device, const Transf
   Rungs rungs;
   rungs.limit = options.memory_limit.empty() ? available_bytes(device)
                                              : static_cast<double>(parse_bytes(options.memory_limit).value_or(0));
-  choose_transformer(rungs, options, device, config, job.pass);
-  choose_vae(rungs, options, device, vae, job);
+  rungs.vae.precision = vae_precision_of(options.vae_precision);
+  rungs.vae.bands = std::max(1, options.vae_bands);
+  rungs.vae.device = device;
+  rungs.vae.tile = options.vae_tile;
+  choose_transformer(rungs, options, device, config, job);
+  choose_bands(rungs, options, vae, job);
+  check_tiny_decoder(rungs, options, job);
   return rungs;
 }
 

@@ -2,6 +2,7 @@
 // The memory ladder: which form of each part is used, and why.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,12 @@ namespace uwv::model {
 
 /// What is to be done, as far as memory depends on it.
 struct JobSize {
-  ClipSize clip;  ///< Padded.
-  PassSize pass;  ///< Of its largest window.
+  ClipSize clip;                     ///< Padded.
+  PassSize pass;                     ///< Of its largest window.
+  std::optional<TinyVaeSizes> fast;  ///< The tiny decoder that makes the frames, where one is asked for.
+  bool previews = false;             ///< Of each step; by the tiny decoder, where there is one.
+
+  bool decodes_previews() const { return previews && fast.has_value(); }
 };
 
 struct Rungs {
@@ -30,7 +35,13 @@ struct Rungs {
 Rungs choose_rungs(const ModelOptions& options, c10::Device device, const TransformerConfig& config,
                    const VaeConfig& vae, const JobSize& job);
 
-/// The larger of encoding and decoding.
+/// Of the clip, by the tiny decoder where one is asked for.
+PartCost decoding_cost(const VaeConfig& config, const VaeOptions& options, const JobSize& job);
+
+/// Of the large autoencoder: the larger of encoding and, where no tiny decoder does it, decoding.
 double vae_bytes(const VaeConfig& config, const VaeOptions& options, const JobSize& job);
+
+/// Of all that is there while the transformer works, or while a preview is decoded between two steps.
+double denoising_bytes(const PartCost& transformer, const JobSize& job, VaePrecision precision);
 
 }  // namespace uwv::model

@@ -50,6 +50,23 @@ double weights_in_blocks(const TransformerConfig& config, const Sizes& s) {
          static_cast<double>(config.ref_at.size()) * 4 * s.d * s.d;
 }
 
+double weights_outside(const TransformerConfig& config, const Sizes& s) {
+  return static_cast<double>(config.parameters()) - weights_in_blocks(config, s);
+}
+
+/// What is there while a block works: its weights as they were read, and its copy where rounding makes one.
+double streamed_bytes(const TransformerConfig& config, const TransformerLoad& load, const Sizes& s) {
+  const double copy = held_bytes(load) < load.stored_bytes || small_tokens(load.form) ? held_bytes(load) : 0;
+  const double largest =
+      block_weights(s) + (s.vace > 0 ? 2 : 0) * s.d * s.d + (config.ref_at.empty() ? 0 : 4) * s.d * s.d;
+  return largest * (load.stored_bytes + (copy == load.stored_bytes ? 0 : copy));
+}
+
+/// Keys and values of one block's text.
+double text_keys(const TransformerLoad& load, const Sizes& s) {
+  return s.batch * 2 * s.d * (small_tokens(load.form) ? 2 : 4) * s.text;
+}
+
 }  // namespace
 
 void TransformerLoad::check() const {
@@ -82,31 +99,36 @@ double estimated_attention_flops(const TransformerConfig& config, const Transfor
 double estimated_weight_bytes(const TransformerConfig& config, const TransformerLoad& load) {
   load.check();
   const Sizes s(config, load);
-  const double inside = weights_in_blocks(config, s), outside = static_cast<double>(config.parameters()) - inside;
-  if (!load.streamed) return outside * load.stored_bytes + inside * held_bytes(load);
-  // Where rounding makes a copy of a block, what it was read from is there as well.
-  const double copy = held_bytes(load) < load.stored_bytes || small_tokens(load.form) ? held_bytes(load) : 0;
-  const double largest =
-      block_weights(s) + (s.vace > 0 ? 2 : 0) * s.d * s.d + (config.ref_at.empty() ? 0 : 4) * s.d * s.d;
-  return outside * load.stored_bytes + largest * (load.stored_bytes + (copy == load.stored_bytes ? 0 : copy));
+  return weights_outside(config, s) * load.stored_bytes +
+         (load.streamed ? streamed_bytes(config, load, s) : weights_in_blocks(config, s) * held_bytes(load));
+}
+
+double estimated_resting_bytes(const TransformerConfig& config, const TransformerLoad& load) {
+  load.check();
+  const Sizes s(config, load);
+  const double weights = weights_outside(config, s) * load.stored_bytes +
+                         (load.streamed ? 0 : weights_in_blocks(config, s) * held_bytes(load));
+  const double control = s.vace > 0 ? 4 * s.batch * s.n * s.d : 0;
+  const double references = s.batch * 2 * s.d * (small_tokens(load.form) ? 2 : 4) * s.references * s.reference;
+  const double keys = load.keep_keys ? s.blocks * text_keys(load, s) + references : 0;
+  const double positions = 4.0 * s.n * config.head_dim;
+  const double text = s.batch * s.text * 4 * (s.d + config.text_dim) + s.batch * s.reference * 4 * s.d;
+  return program_bytes + weights + control + keys + positions + text;
 }
 
 double estimated_peak_bytes(const TransformerConfig& config, const TransformerLoad& load) {
   const Sizes s(config, load);
   const double token = small_tokens(load.form) ? 2 : 4;
   const double rows = s.batch * s.n, row = rows * s.d;
-  // The main stream; the control stream, its tokens and a hint.
-  const double streams = 4 * row + (s.vace > 0 ? 12 * row : 0);
+  // The main stream; the control stream and a hint.
+  const double streams = 4 * row + (s.vace > 0 ? 8 * row : 0);
   // Normed tokens, their 8-bit twin, queries, keys, values, what attention mixes of them.
   const double attention = row * (5 * token + (load.form == LinearForm::int8 ? 1 : 0));
   const double wide = std::min(rows, static_cast<double>(load.ffn_rows)) * s.f;
   const double feed_forward = 2 * row * token + wide * (token + (load.form == LinearForm::int8 ? 1 : 0));
-  const double kept = load.keep_keys ? s.blocks : 1;
-  const double keys = s.batch * 2 * s.d * token * (kept * s.text + s.references * s.reference);
-  const double positions = 4.0 * s.n * config.head_dim;
-  const double text = s.batch * s.text * 4 * (s.d + config.text_dim) + s.batch * s.reference * 4 * s.d;
-  return program_bytes + widened_bytes + estimated_weight_bytes(config, load) + streams +
-         std::max(attention, feed_forward) + keys + positions + text;
+  const double passing = load.keep_keys ? 0 : text_keys(load, s);
+  return estimated_resting_bytes(config, load) + widened_bytes + (load.streamed ? streamed_bytes(config, load, s) : 0) +
+         streams + std::max(attention, feed_forward) + passing;
 }
 
 double estimated_read_bytes(const TransformerConfig& config, const TransformerLoad& load) {

@@ -37,6 +37,9 @@ double estimated_weight_bytes(const TransformerConfig& config, const Transformer
 /// The most memory the program holds during a step, libtorch's own included.
 double estimated_peak_bytes(const TransformerConfig& config, const TransformerLoad& load);
 
+/// Of these, what stays from step to step: the libraries, weights, keys and what else depends on the clip alone.
+double estimated_resting_bytes(const TransformerConfig& config, const TransformerLoad& load);
+
 /// Bytes read from the file in a step: none once all weights are held, all of the blocks when streamed.
 double estimated_read_bytes(const TransformerConfig& config, const TransformerLoad& load);
 

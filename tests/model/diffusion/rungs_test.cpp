@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "model/complaint.h"
 #include "uwv/core/processor.h"
 
 namespace uwv::model {
@@ -54,6 +55,50 @@ TEST_F(RungsTest, TilesAreThoseAskedFor) {
     options_.vae_tile = bad;
     EXPECT_THROW(options_.check(), std::invalid_argument) << bad;
   }
+}
+
+TEST_F(RungsTest, WithATinyDecoderOnlyEncodingIsCutIntoBands) {
+  const VaeConfig vae;
+  VaeOptions whole;
+  const double encoding = vae_cost(vae, whole, job_.clip, VaeWay::encode).bytes;
+  EXPECT_GT(vae_bytes(vae, whole, job_), encoding);
+  job_.fast = TinyVaeSizes{};
+  EXPECT_EQ(vae_bytes(vae, whole, job_), encoding);
+  EXPECT_LT(decoding_cost(vae, whole, job_).bytes, encoding);
+  // A limit that holds encoding in one piece, but not decoding by the large decoder.
+  options_.memory_limit = std::to_string(static_cast<long>(encoding * 1.01));
+  const auto bands = [&] {
+    return choose_rungs(options_, at::kCPU, TransformerConfig::wan_1_3b(), vae, job_).vae.bands;
+  };
+  EXPECT_EQ(bands(), 1);
+  job_.fast.reset();
+  EXPECT_GT(bands(), 1);
+}
+
+TEST_F(RungsTest, ATinyDecoderThatDoesNotFitIsNamed) {
+  job_.fast = TinyVaeSizes{};
+  job_.fast->levels = {20000, 20000, 20000};
+  options_.memory_limit = "8G";
+  EXPECT_THAT(uwv::testing::complaint([&] { choose(); }), HasSubstr("the tiny decoder needs"));
+}
+
+TEST_F(RungsTest, PreviewsOfTheTinyDecoderLieBesideTheTransformerOnce) {
+  const TinyVaeSizes sizes;
+  const double weights = estimated_weight_bytes(sizes, VaePrecision::f32);
+  PartCost transformer;
+  transformer.bytes = 8e9;
+  transformer.resting = 7.99e9;
+  EXPECT_EQ(denoising_bytes(transformer, job_, VaePrecision::f32), 8e9);
+  job_.previews = true;
+  EXPECT_EQ(denoising_bytes(transformer, job_, VaePrecision::f32), 8e9);
+  job_.fast = sizes;
+  // At work after a step, when the step's own tokens are gone.
+  const double working = estimated_working_bytes(sizes, job_.clip, VaePrecision::f32);
+  EXPECT_EQ(denoising_bytes(transformer, job_, VaePrecision::f32), 7.99e9 + weights + working);
+  transformer.resting = 1e9;
+  EXPECT_EQ(denoising_bytes(transformer, job_, VaePrecision::f32), 8e9 + weights);
+  job_.previews = false;
+  EXPECT_EQ(denoising_bytes(transformer, job_, VaePrecision::f32), 8e9);
 }
 
 TEST_F(RungsTest, ALimitThatHoldsNoWholeCheckpointStreamsIt) {

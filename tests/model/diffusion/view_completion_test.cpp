@@ -9,6 +9,7 @@
 #include "model/diffusion/completion_fixture.h"
 #include "model/tensor_support.h"
 #include "model/transformer/transformer_config.h"
+#include "model/vae/tiny_vae_cost.h"
 #include "support/matchers.h"
 #include "support/temp_folder.h"
 
@@ -202,6 +203,23 @@ TEST_F(ViewCompletion, TheMemoryLimitPicksTheForm) {
   const CompletionPlan small = plan(std::to_string(decoding * 9 / 10));
   EXPECT_THAT(small.choices, Contains(HasSubstr("vae_bands")));
   EXPECT_LE(small.stages[3].peak_bytes, decoding * 9 / 10);
+}
+
+TEST_F(ViewCompletion, ThePlanReckonsTheTinyDecoderWhereItMakesTheFrames) {
+  const auto plan = [&] { return plan_completion(options_, {832, 480}, 21, 1); };
+  options_.preview = true;
+  const CompletionPlan large = plan();
+  options_.vae_fast = std::string(UWV_TEST_DATA) + "/taehv/taew2_1.safetensors";
+  const CompletionPlan fast = plan();
+  const model::TinyVaeSizes sizes = model::TinyVaeSizes::read(options_.vae_fast);
+  const model::ClipSize clip{21, 480, 832};
+  EXPECT_EQ(fast.stages[3].peak_bytes,
+            static_cast<std::uint64_t>(model::estimated_peak_bytes(sizes, clip, model::VaePrecision::f32)));
+  EXPECT_NE(fast.stages[3].peak_bytes, large.stages[3].peak_bytes);
+  EXPECT_EQ(fast.stages[0].peak_bytes, large.stages[0].peak_bytes);
+  EXPECT_GT(fast.stages[2].peak_bytes, large.stages[2].peak_bytes);
+  options_.preview = false;
+  EXPECT_EQ(plan().stages[2].peak_bytes, large.stages[2].peak_bytes);
 }
 
 TEST_F(ViewCompletion, MissingPartsAreNamed) {

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// The most memory the process holds during some work, to compare estimates with.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/tensor_support.h"
+#include "model/weights/freed_memory.h"
+#include "uwv/core/peak_memory.h"
+
+namespace uwv::testing {
+
+/// Under a sanitizer memory is the sanitizer's, and where peaks cannot be counted anew it is another test's.
+inline bool peaks_can_be_measured() {
+#ifdef __SANITIZE_ADDRESS__
+  return false;
+#else
+  model::give_back_freed_memory();
+  constexpr std::size_t bytes = 64 << 20;
+  { std::vector<char>(bytes, 1); }
+  const std::uint64_t before = peak_memory();
+  restart_peak_memory();
+  return peak_memory() + bytes / 2 < before;
+#endif
+}
+
+/// Bytes, libraries included.
+template <class Work>
+double measured_peak(Work work) {
+  model::give_back_freed_memory();
+  restart_peak_memory();
+  work();
+  return static_cast<double>(peak_memory());
+}
+
+/// Holds an estimate to within `share` of what was measured; both in the message.
+inline ::testing::AssertionResult estimates(double estimate, double measured, double share) {
+  if (std::abs(estimate - measured) <= share * measured) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "estimated " << estimate / 1e6 << " MB, measured " << measured / 1e6
+                                       << " MB (" << measured / estimate << " times)";
+}
+
+/// Random tensors of these shapes in one file, each row adding up to numbers of order one.
+inline void write_random_weights(const std::string& path, const model::TensorShapes& shapes, at::ScalarType type) {
+  std::map<std::string, at::Tensor> tensors;
+  for (const auto& [name, shape] : shapes) {
+    double reads = 1;
+    for (std::size_t i = 1; i < shape.size(); ++i) reads *= static_cast<double>(shape[i]);
+    tensors[name] = ((at::rand(shape) - 0.5) * std::sqrt(12 / reads)).to(type);
+  }
+  write_safetensors(path, tensors);
+}
+
+}  // namespace uwv::testing
