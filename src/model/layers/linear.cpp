@@ -68,8 +68,10 @@ void Linear::hold(const QuantisedWeight& weight) {
   scales_ = weight.scales;
 }
 
+/// Always a copy: in a mapped file, the few numbers would keep pages of up to 2 MB around them in memory.
 void Linear::set_bias(const at::Tensor& bias) {
-  if (bias.defined()) bias_ = bias.to(form_ == LinearForm::bf16 ? at::kBFloat16 : at::kFloat);
+  if (bias.defined())
+    bias_ = bias.to(form_ == LinearForm::bf16 ? at::kBFloat16 : at::kFloat, /*non_blocking=*/false, /*copy=*/true);
 }
 
 Linear::Linear(const WeightFiles& weights, const std::string& prefix, LinearForm form) {
@@ -83,7 +85,7 @@ LinearInput Linear::prepare(const at::Tensor& x) const {
   const at::Tensor rows = x.reshape({-1, x.size(-1)}).contiguous();
   if (form_ == LinearForm::int8) {
     auto [numbers, scales] = quantise_rows(rows);
-    return {numbers, scales, x.scalar_type()};
+    return {packed_ ? int8_tokens(numbers) : numbers, scales, x.scalar_type()};
   }
   return {rows.to(token_type(form_)), {}, x.scalar_type()};
 }

@@ -17,8 +17,9 @@ inline Linear linear(const FusedWeights& weights, const std::string& prefix, Lin
   return {weights.tensor(weight), bias, form};
 }
 
+/// Of the small ones; a copy, so that the file's pages around them need not stay in memory.
 inline at::Tensor as_float(const FusedWeights& weights, const std::string& name) {
-  return weights.tensor(name).to(at::kFloat);
+  return weights.tensor(name).to(at::kFloat, /*non_blocking=*/false, /*copy=*/true);
 }
 
 }  // namespace uwv::model
