@@ -8,10 +8,10 @@
 namespace uwv::model {
 namespace {
 
-/// libtorch and its threads' room, measured with a model of no size.
-constexpr double program_bytes = 0.23e9;
-/// Of weights that are widened a piece at a time, and of one weight while it is rounded.
-constexpr double widened_bytes = 16e6;
+/// What the libraries' products take for themselves.
+constexpr double scratch_bytes = 16e6;
+/// Of a weight that is widened, or read to be rounded, so much at a time; twice, before and after a change.
+constexpr double widened_piece = 8e6;
 
 /// Sizes as doubles, so that products of many cannot overflow.
 struct Sizes {
@@ -54,12 +54,27 @@ double weights_outside(const TransformerConfig& config, const Sizes& s) {
   return static_cast<double>(config.parameters()) - weights_in_blocks(config, s);
 }
 
+double largest_block(const TransformerConfig& config, const Sizes& s) {
+  return block_weights(s) + (s.vace > 0 ? 2 : 0) * s.d * s.d + (config.ref_at.empty() ? 0 : 4) * s.d * s.d;
+}
+
 /// What is there while a block works: its weights as they were read, and its copy where rounding makes one.
 double streamed_bytes(const TransformerConfig& config, const TransformerLoad& load, const Sizes& s) {
   const double copy = held_bytes(load) < load.stored_bytes || small_tokens(load.form) ? held_bytes(load) : 0;
-  const double largest =
-      block_weights(s) + (s.vace > 0 ? 2 : 0) * s.d * s.d + (config.ref_at.empty() ? 0 : 4) * s.d * s.d;
-  return largest * (load.stored_bytes + (copy == load.stored_bytes ? 0 : copy));
+  return largest_block(config, s) * (load.stored_bytes + (copy == load.stored_bytes ? 0 : copy));
+}
+
+/// Weights that are there when the last block is rounded: it as the file holds it, too. What lies outside the blocks
+/// has not been touched then, and there are no tokens.
+double opening_bytes(const TransformerConfig& config, const TransformerLoad& load, const Sizes& s) {
+  const bool rounded = held_bytes(load) != load.stored_bytes;
+  if (load.streamed || !rounded) return 0;
+  return weights_in_blocks(config, s) * held_bytes(load) + largest_block(config, s) * load.stored_bytes;
+}
+
+double widened_bytes(const TransformerLoad& load, const Sizes& s) {
+  const bool never = load.form == LinearForm::bf16 || (load.form == LinearForm::f32 && load.stored_bytes == 4);
+  return never ? 0 : 2 * std::min(widened_piece, 4 * s.d * s.f);
 }
 
 /// Keys and values of one block's text.
@@ -127,8 +142,9 @@ double estimated_peak_bytes(const TransformerConfig& config, const TransformerLo
   const double wide = std::min(rows, static_cast<double>(load.ffn_rows)) * s.f;
   const double feed_forward = 2 * row * token + wide * (token + (load.form == LinearForm::int8 ? 1 : 0));
   const double passing = load.keep_keys ? 0 : text_keys(load, s);
-  return estimated_resting_bytes(config, load) + widened_bytes + (load.streamed ? streamed_bytes(config, load, s) : 0) +
-         streams + std::max(attention, feed_forward) + passing;
+  const double step = estimated_resting_bytes(config, load) + (load.streamed ? streamed_bytes(config, load, s) : 0) +
+                      streams + std::max(attention, feed_forward) + passing;
+  return widened_bytes(load, s) + std::max(program_bytes + opening_bytes(config, load, s), scratch_bytes + step);
 }
 
 double estimated_read_bytes(const TransformerConfig& config, const TransformerLoad& load) {

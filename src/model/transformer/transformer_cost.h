@@ -9,6 +9,9 @@
 
 namespace uwv::model {
 
+/// What the program, libtorch and its threads take before a network is opened.
+inline constexpr double program_bytes = 0.23e9;
+
 /// What is run: sizes of the clip, and how weights are held; fields as in TransformerOptions.
 struct TransformerLoad {
   std::int64_t tokens = 0;  ///< frames x rows x columns of patches.
@@ -34,7 +37,7 @@ double estimated_attention_flops(const TransformerConfig& config, const Transfor
 /// blocks.
 double estimated_weight_bytes(const TransformerConfig& config, const TransformerLoad& load);
 
-/// The most memory the program holds during a step, libtorch's own included.
+/// The most memory the program holds while the network is opened and during a step, libtorch's own included.
 double estimated_peak_bytes(const TransformerConfig& config, const TransformerLoad& load);
 
 /// Of these, what stays from step to step: the libraries, weights, keys and what else depends on the clip alone.
