@@ -6,6 +6,11 @@
 namespace uwv::model {
 namespace {
 
+/// Tall enough for a band that meets neither edge.
+constexpr std::int64_t many = 1 << 20;
+/// Of the rows the last layers are behind the first, the share that bands are evened out by: levels at full size, which
+/// hold most, lie on one side of it, the coarse ones on the other.
+constexpr std::int64_t evened = 3;
 /// Below every picture.
 constexpr std::int64_t lowest = std::int64_t{1} << 40;
 
@@ -112,19 +117,24 @@ BlockStep block_step(std::int64_t height, BandLines& fresh) {
 std::vector<BandRows> decoder_bands(const VaeConfig& config, std::int64_t latent_height, int most) {
   const std::int64_t scale = config.spatial_factor(), result = scale * latent_height;
   // How far the pictures' rows are behind those of the latents.
-  constexpr std::int64_t many = 1 << 20;
   const std::int64_t behind = scale * many - decoder_band(config, 2 * many, {0, many}).levels.back().out.end;
   std::vector<std::int64_t> cuts;
   for (int i = 1; i < most; ++i) {
-    const std::int64_t cut = (result * i / most + behind + scale - 1) / scale;
+    const std::int64_t fewer = behind / evened * (most - i) / most;
+    const std::int64_t cut = (result * i / most + behind - fewer + scale - 1) / scale;
     if (const std::int64_t end = scale * cut - behind; end > 0 && end < result) cuts.push_back(cut);
   }
   return bands_of(config, latent_height, decoder_band, std::move(cuts));
 }
 
 std::vector<BandRows> encoder_bands(const VaeConfig& config, std::int64_t latent_height, int most) {
+  const std::int64_t scale = config.spatial_factor(), pictures = scale * latent_height;
+  // How far the latents' rows are behind those of the pictures.
+  const std::int64_t behind = scale * (many - encoder_band(config, 2 * many, {0, scale * many}).levels.back().out.end);
   std::vector<std::int64_t> cuts;
-  for (int i = 1; i < most; ++i) cuts.push_back(config.spatial_factor() * (latent_height * i / most));
+  for (int i = 1; i < most; ++i)
+    if (const std::int64_t cut = (pictures + behind / evened) * i / most / scale * scale; cut < pictures)
+      cuts.push_back(cut);
   return bands_of(config, latent_height, encoder_band, std::move(cuts));
 }
 

@@ -70,10 +70,11 @@ struct BandRows {
   std::vector<LevelRows> levels;
 };
 
-/// Bands of the decoder, at most `most`, from the top; levels coarsest first. The pictures' rows are shared equally, so
-/// that the first band has more of the coarse ones. Low pictures have fewer bands: each makes a row of pictures.
+/// Bands of the decoder, at most `most`, from the top; levels coarsest first. The first band has more of the coarse
+/// rows and fewer of the pictures'. Low pictures have fewer bands: each makes a row of pictures.
 std::vector<BandRows> decoder_bands(const VaeConfig& config, std::int64_t latent_height, int most);
-/// Bands of the encoder likewise, each of 8 rows of pictures at least; levels finest first.
+/// Bands of the encoder, each of 8 rows of pictures at least; levels finest first. The last band has more of the coarse
+/// rows.
 std::vector<BandRows> encoder_bands(const VaeConfig& config, std::int64_t latent_height, int most);
 
 }  // namespace uwv::model

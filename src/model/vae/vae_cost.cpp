@@ -11,9 +11,10 @@ namespace {
 
 /// What the process holds before it does anything: torch and its tables.
 constexpr double library_bytes = 360e6;
-/// The frames that exist at once beside what is remembered, in frames of the level they are largest at: a block's
-/// input, its inner frame, the pool's spare and what the allocator has not given back yet.
-constexpr double frames_in_flight = 6;
+/// The frames that exist at once beside what is remembered, in halves of frames of the level they are largest at: a
+/// block's input, its inner frame and what the pool holds in other sizes. The encoder's largest frames are halved, from
+/// a copy with zeros around it.
+double frames_in_flight(VaeWay way) { return way == VaeWay::decode ? 6 : 10; }
 /// Rows that a convolution's input keeps of a band for the next one.
 constexpr double rows_kept = 2;
 
@@ -183,7 +184,7 @@ double features(const VaeConfig& config, const ClipSize& size, std::int64_t rows
 /// Numbers a piece needs at the most, beside the weights and the results that wait.
 double working_numbers(const VaeConfig& config, const ClipSize& piece, int most, VaeWay way) {
   const std::vector<BandRows> bands = bands_of(config, piece, most, way);
-  const auto in_flight = [](const Cost& cost) { return frames_in_flight * cost.largest_frame / 2; };
+  const auto in_flight = [way](const Cost& cost) { return frames_in_flight(way) * cost.largest_frame / 2; };
   double most_numbers = 0;
   for (std::size_t i = 0; i < bands.size(); ++i) {
     const Costs costs = band_cost(config, piece, bands[i].levels, way);

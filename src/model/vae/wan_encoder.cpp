@@ -100,7 +100,12 @@ at::Tensor WanEncoder::Pass::halve_picture(std::size_t index, const at::Tensor& 
   const at::Tensor all = pass_.joined(frame, memory);
   if (memory.step.made.count() == 0) return no_rows(all, all.size(1) / 2, conv.results());
   // Zeros to the right, and below where the picture ends, for the last of the windows of three.
-  return conv(at::constant_pad_nd(all, {0, 0, 0, 1, 0, memory.step.at_bottom ? 1 : 0}), pass_.pool);
+  const std::int64_t height = all.size(0), width = all.size(1), below = memory.step.at_bottom ? 1 : 0;
+  const at::Tensor seen = pass_.pool.take(height + below, width + 1, all.size(2));
+  seen.narrow(0, 0, height).narrow(1, 0, width).copy_(all);
+  seen.narrow(1, width, 1).zero_();
+  if (below > 0) seen.narrow(0, height, 1).zero_();
+  return conv(seen, pass_.pool);
 }
 
 std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, const at::Tensor& frame) {
@@ -120,11 +125,9 @@ std::optional<at::Tensor> WanEncoder::Pass::halve_frames(std::size_t index, cons
   return encoder_.levels_[index].halving(memory.halving, pass_.pool);
 }
 
-WanEncoder::Ending::Ending(const WanEncoder& encoder, std::int64_t latent_height, std::function<void()> between,
-                           VaeProbe probe)
-    : encoder_(encoder),
-      pass_{FramePool(encoder.how_.type, encoder.device_), std::move(between)},
-      probe_(std::move(probe)) {
+WanEncoder::Ending::Ending(const WanEncoder& encoder, const FramePool& pool, std::int64_t latent_height,
+                           std::function<void()> between, VaeProbe probe)
+    : encoder_(encoder), pass_{pool, std::move(between)}, probe_(std::move(probe)) {
   mid_.enter(latent_height);
   BandLines lines{{0, latent_height + 1}};
   head_.enter(band_step(RowLayer::convolution, latent_height, lines));

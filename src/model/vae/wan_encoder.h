@@ -27,6 +27,8 @@ class WanEncoder {
     std::size_t bands() const { return bands_.size(); }
     /// Goes to band `index`, one after the other from 0 on; the first needs no call.
     void enter(std::size_t index);
+    /// For what follows the levels, until the next band is entered.
+    const FramePool& pool() const { return pass_.pool; }
     /// Rows of the pictures that push() wants.
     Rows picture_rows() const { return bands_[band_].levels.front().in; }
     /// Takes the next frame (picture_rows, W, 3) in [-1, 1]; gives the band's rows of features (rows, w, C) when a
@@ -58,7 +60,8 @@ class WanEncoder {
   /// What follows the levels, for whole latent frames.
   class Ending {
    public:
-    Ending(const WanEncoder& encoder, std::int64_t latent_height, std::function<void()> between, VaeProbe probe = {});
+    Ending(const WanEncoder& encoder, const FramePool& pool, std::int64_t latent_height, std::function<void()> between,
+           VaeProbe probe = {});
     /// features (h, w, C) -> (h, w, 2 z): mean, then logarithm of variance.
     at::Tensor push(at::Tensor features);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "model/vae/vae_shapes.h"
 #include "model/weights/freed_memory.h"
@@ -120,11 +121,12 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
   const WanEncoder encoder(weights_, config_, arithmetic());
   WanEncoder::Pass pass(encoder, latent_height, options_.bands, between, probe);
   total = static_cast<long>(pass.bands()) * used;
-  WanEncoder::Ending ending(encoder, latent_height, between, probe);
+  std::optional<WanEncoder::Ending> ending;
   std::vector<at::Tensor> latents;
   std::vector<std::vector<at::Tensor>> waiting(static_cast<std::size_t>(config_.latent_frames(frames)));
   for (std::size_t band = 0; band < pass.bands(); ++band) {
     pass.enter(band);
+    if (band + 1 == pass.bands()) ending.emplace(encoder, pass.pool(), latent_height, between, probe);
     std::size_t complete = 0;
     for (std::int64_t first = 0; first < used;) {
       const std::int64_t count = first == 0 ? 1 : config_.temporal_factor();
@@ -140,7 +142,7 @@ at::Tensor WanVae::encode_piece(const ClipSource& source, std::int64_t frames, s
         if (parts.size() < pass.bands()) continue;
         at::Tensor whole = parts.size() == 1 ? std::move(parts[0]) : at::cat(parts);
         parts.clear();
-        const at::Tensor mean = ending.push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kCPU, at::kFloat);
+        const at::Tensor mean = ending->push(std::move(whole)).narrow(2, 0, config_.z_dim).to(at::kCPU, at::kFloat);
         latents.push_back((mean - mean_) / std_);
       }
       first += count;
