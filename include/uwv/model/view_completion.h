@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,7 +81,17 @@ struct CompletionPlan {
     std::uint64_t peak_bytes = 0;
     double seconds = 0;
   };
+  /// Of weights that are read block by block, in each pass, while another block computes.
+  struct Reading {
+    std::uint64_t bytes = 0;
+    double bytes_per_second = 0;   ///< Measured on their disk in a moment; 0 = unknown, and the plan is without it.
+    double seconds = 0;            ///< That a pass reads, and
+    double computing = 0;          ///< computes; it takes the longer of both.
+    bool first_pass_only = false;  ///< The file fits into free memory beside all else, so that it is read once.
+    std::string sentence() const;
+  };
   std::vector<Stage> stages;
+  std::optional<Reading> reading;
   std::vector<std::string> choices;
   std::uint64_t limit = 0;  ///< Bytes that were to be kept.
   double gflops = 0;        ///< Measured on this machine in a moment.

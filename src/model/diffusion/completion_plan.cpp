@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <filesystem>
 
 #include "model/diffusion/clip_conditions.h"
 #include "model/diffusion/completion_setup.h"
+#include "model/diffusion/denoise_seconds.h"
+#include "model/diffusion/disk_speed.h"
 #include "model/diffusion/machine_speed.h"
 #include "model/layers/torch_scope.h"
 #include "model/text/umt5_encoder.h"
@@ -16,35 +16,54 @@ namespace {
 
 using namespace model;
 
+std::vector<std::string> weight_files(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().extension() == ".safetensors") files.push_back(entry.path().string());
+  return files;
+}
+
 std::uint64_t folder_bytes(const std::string& folder) {
   std::uint64_t bytes = 0;
-  if (!folder.empty())
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (entry.is_regular_file() && entry.path().extension() == ".safetensors") bytes += entry.file_size();
+  for (const std::string& file : weight_files(folder)) bytes += std::filesystem::file_size(file);
   return bytes;
 }
 
 double gib(double bytes) { return bytes / (1024.0 * 1024.0 * 1024.0); }
 
-/// Of one pass of the transformer over one window.
-struct PassTime {
-  double gflops = 0, seconds = 0;
-};
-
 /// What a pass takes besides products: norms, gates, the feed-forward's curve. Of all forms a fifth of the products'
 /// time at 1.3B's width, docs/performance.md.
 constexpr double beside_products = 1.2;
 
-PassTime pass_time(const CompletionSetup& setup, const PartCost& cost) {
+/// Of one pass of the transformer over one window; reading not yet.
+PassSeconds computing_time(const CompletionSetup& setup, const PartCost& cost, double layer_speed) {
   const LinearForm form = setup.rungs.form;
   const PassSize& pass = setup.job.pass;
-  const double layers = linear_speed(form, setup.config.dim(), setup.device);
   const double attention = attention_speed(form, setup.config.head_dim, pass.tokens, setup.device);
-  double seconds = beside_products * ((cost.flops - cost.attention_flops) / layers + cost.attention_flops / attention);
+  const double products = (cost.flops - cost.attention_flops) / layer_speed + cost.attention_flops / attention;
+  PassSeconds seconds;
+  seconds.computing = beside_products * products / pass.batch;
   if (cost.rounded > 0)
-    seconds +=
+    seconds.rounding =
         cost.rounded / rounding_speed(form, static_cast<int>(size_of(pass.stored)), setup.config.dim(), setup.device);
-  return {layers / 1e9, seconds / pass.batch};
+  return seconds;
+}
+
+/// Of the blocks of a streamed transformer, whose time goes into `pass`.
+CompletionPlan::Reading reading_time(const CompletionSetup& setup, const PartCost& cost, PassSeconds& pass) {
+  CompletionPlan::Reading reading;
+  const double bytes = cost.rounded * static_cast<double>(size_of(setup.job.pass.stored));
+  reading.bytes = static_cast<std::uint64_t>(bytes);
+  reading.first_pass_only = bytes + (setup.device.is_cpu() ? cost.bytes : 0) <= available_memory();
+  reading.computing = pass.computing * setup.job.pass.batch + pass.rounding;
+  const std::optional<DiskSpeed> disk = disk_speed(weight_files(setup.folder.transformer));
+  if (!disk) return reading;
+  reading.bytes_per_second = disk->bytes_a_second;
+  reading.seconds = bytes / disk->bytes_a_second;
+  pass.reading = reading.seconds;
+  pass.first_reading = (1 - disk->cached) * reading.seconds;
+  pass.stays = reading.first_pass_only;
+  return reading;
 }
 
 /// Of what encodes and of what decodes.
@@ -105,29 +124,33 @@ CompletionPlan plan_completion(const ModelOptions& options, Size size, long fram
   const CompletionSetup setup = set_up(options, size, frames);
   const PartCost transformer = transformer_cost(setup.config, setup.job.pass, setup.rungs.form, setup.rungs.streamed);
   const ConvolutionSpeeds convolutions(setup);
-  const PassTime pass = pass_time(setup, transformer);
+  const double layer_speed = linear_speed(setup.rungs.form, setup.config.dim(), setup.device);
+  PassSeconds pass = computing_time(setup, transformer, layer_speed);
 
   CompletionPlan plan;
   plan.limit = static_cast<std::uint64_t>(setup.rungs.limit);
-  plan.gflops = pass.gflops;
+  plan.gflops = layer_speed / 1e9;
   plan.choices = setup.choices;
-  double passes = 0;
-  for (int step = 0; step < setup.denoise.sampler.steps; ++step) passes += setup.denoise.guided(step) ? 2 : 1;
-  plan.seconds_per_step =
-      static_cast<double>(setup.windows.size()) * pass.seconds * passes / setup.denoise.sampler.steps +
-      preview_seconds(setup, convolutions);
+  if (setup.rungs.streamed) plan.reading = reading_time(setup, transformer, pass);
+  const DenoiseSeconds denoising = denoise_seconds(setup.denoise, setup.windows.size(), pass);
+  const double previews = preview_seconds(setup, convolutions);
+  plan.seconds_per_step = denoising.a_step + previews;
   plan.stages = {
       encoding_stage(setup, convolutions),
       text_stage(setup, options),
       {"denoising", static_cast<std::uint64_t>(denoising_bytes(transformer, setup.job, setup.rungs.vae.precision)),
-       plan.seconds_per_step * setup.denoise.sampler.steps},
+       denoising.all + previews * setup.denoise.sampler.steps},
       decoding_stage(setup, convolutions)};
-  if (setup.rungs.streamed)
-    plan.choices.push_back(
-        fmt::format("each pass reads {:.1f} GiB from disk, unless the system keeps them; the time that takes is not "
-                    "in the plan",
-                    gib(static_cast<double>(folder_bytes(setup.folder.transformer)))));
   return plan;
+}
+
+std::string CompletionPlan::Reading::sentence() const {
+  const std::string amount = fmt::format("each pass reads {:.1f} GiB from disk", gib(static_cast<double>(bytes)));
+  const std::string once =
+      first_pass_only ? "; they fit into free memory beside all else, so only the first pass reads them" : "";
+  if (bytes_per_second <= 0) return amount + ", at a speed that could not be measured and is not in the plan" + once;
+  return fmt::format("{} at {:.0f} MB/s: {:.1f} s, while it computes for {:.1f} s, and takes the longer{}", amount,
+                     bytes_per_second / 1e6, seconds, computing, once);
 }
 
 std::string CompletionPlan::report() const {
@@ -137,6 +160,7 @@ std::string CompletionPlan::report() const {
                         stage.seconds);
   text += fmt::format("{:.1f} s per step; this machine multiplies {:.0f} GFLOP/s; {:.1f} GiB allowed\n",
                       seconds_per_step, gflops, gib(static_cast<double>(limit)));
+  if (reading) text += reading->sentence() + '\n';
   for (const std::string& choice : choices) text += fmt::format("- {}\n", choice);
   return text;
 }

@@ -34,17 +34,10 @@ VaePrecision vae_precision_of(VaeNumbers numbers) {
   }
 }
 
-/// Bytes the device could give: what is free, less a tenth for others. Where libtorch does not tell, main memory's.
+/// Bytes the device could give. Where libtorch does not tell, main memory's.
 double available_bytes(c10::Device device) {
-  if (const auto own = free_bytes(device)) return 0.9 * static_cast<double>(*own);
-  std::ifstream file("/proc/meminfo");
-  for (std::string word; file >> word;) {
-    if (word != "MemAvailable:") continue;
-    double kibibytes = 0;
-    file >> kibibytes;
-    return 0.9 * 1024 * kibibytes;
-  }
-  return 8 * gib;
+  const auto own = free_bytes(device);
+  return own ? 0.9 * static_cast<double>(*own) : available_memory();
 }
 
 struct Candidate {
@@ -134,6 +127,17 @@ void check_tiny_decoder(const Rungs& rungs, const ModelOptions& options, const J
 }
 
 }  // namespace
+
+double available_memory() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string word; file >> word;) {
+    if (word != "MemAvailable:") continue;
+    double kibibytes = 0;
+    file >> kibibytes;
+    return 0.9 * 1024 * kibibytes;
+  }
+  return 8 * gib;
+}
 
 PartCost decoding_cost(const VaeConfig& config, const VaeOptions& options, const JobSize& job) {
   return job.fast ? tiny_vae_cost(*job.fast, options.precision, job.clip)

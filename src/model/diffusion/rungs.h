@@ -35,6 +35,9 @@ struct Rungs {
 Rungs choose_rungs(const ModelOptions& options, c10::Device device, const TransformerConfig& config,
                    const VaeConfig& vae, const JobSize& job);
 
+/// Bytes of main memory that are free, less a tenth for others; 8 GiB where the system does not tell.
+double available_memory();
+
 /// Of the clip, by the tiny decoder where one is asked for.
 PartCost decoding_cost(const VaeConfig& config, const VaeOptions& options, const JobSize& job);
 

@@ -222,6 +222,24 @@ TEST_F(ViewCompletion, ThePlanReckonsTheTinyDecoderWhereItMakesTheFrames) {
   EXPECT_EQ(plan().stages[2].peak_bytes, large.stages[2].peak_bytes);
 }
 
+TEST_F(ViewCompletion, ThePlanTellsWhatAStreamedPassReads) {
+  const auto plan = [&] { return plan_completion(options_, {48, 32}, 5, 1); };
+  EXPECT_FALSE(plan().reading);
+  options_.stream = StreamChoice::on;
+  const CompletionPlan streamed = plan();
+  ASSERT_TRUE(streamed.reading);
+  EXPECT_GT(streamed.reading->bytes, 1000U);
+  EXPECT_GT(streamed.reading->computing, 0);
+  EXPECT_TRUE(streamed.reading->first_pass_only);
+  EXPECT_THAT(streamed.report(), HasSubstr("each pass reads"));
+  EXPECT_THAT(streamed.report(), HasSubstr("only the first pass"));
+  CompletionPlan::Reading reading;
+  EXPECT_THAT(reading.sentence(), HasSubstr("could not be measured"));
+  reading = {.bytes = 3ULL << 30, .bytes_per_second = 1.5e9, .seconds = 2.1, .computing = 4.2};
+  EXPECT_EQ(reading.sentence(),
+            "each pass reads 3.0 GiB from disk at 1500 MB/s: 2.1 s, while it computes for 4.2 s, and takes the longer");
+}
+
 TEST_F(ViewCompletion, MissingPartsAreNamed) {
   const test::TempFolder folder;
   const std::string model = folder.file("model");
