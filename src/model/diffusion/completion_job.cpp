@@ -10,6 +10,7 @@
 #include "model/diffusion/known_tokens.h"
 #include "model/diffusion/noise.h"
 #include "model/vae/tiny_vae.h"
+#include "model/weights/freed_memory.h"
 #include "uwv/core/matrix_library.h"
 #include "uwv/core/peak_memory.h"
 
@@ -43,6 +44,8 @@ void CompletionJob::warn(const std::string& sentence) {
 
 template <class Work>
 void CompletionJob::timed(const char* name, Work work) {
+  // Or what the stage before let go of would be there beside this one's.
+  give_back_freed_memory();
   const auto start = std::chrono::steady_clock::now();
   work();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;

@@ -40,6 +40,14 @@ double available_bytes(c10::Device device) {
   return own ? 0.9 * static_cast<double>(*own) : available_memory();
 }
 
+/// How far estimates may be off, docs/model.md.
+constexpr double transformer_error = 0.125, autoencoder_error = 0.25;
+
+/// Largest estimate that keeps the limit though it may err so much. What is free, without a limit, has room of its own.
+double most_estimated(const Rungs& rungs, const ModelOptions& options, double error) {
+  return options.memory_limit.empty() ? rungs.limit : rungs.limit / (1 + error);
+}
+
 struct Candidate {
   LinearForm form;
   bool streamed;
@@ -78,10 +86,11 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, c10::Device d
   const auto bytes = [&](const Candidate& c) {
     return denoising_bytes(transformer_cost(config, pass, c.form, c.streamed), job, rungs.vae.precision);
   };
-  auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return bytes(c) <= rungs.limit; });
+  const double most = most_estimated(rungs, options, transformer_error);
+  auto chosen = std::find_if(all.begin(), all.end(), [&](const Candidate& c) { return bytes(c) <= most; });
   if (chosen == all.end()) {
     chosen = std::min_element(all.begin(), all.end(), [&](auto& a, auto& b) { return bytes(a) < bytes(b); });
-    if (!options.memory_limit.empty())
+    if (!options.memory_limit.empty() && bytes(*chosen) > rungs.limit)
       fail(ErrorCode::out_of_memory,
            "--memory-limit {}: the transformer needs {:.1f} GiB at least; take a smaller --size or --window-frames, {}",
            options.memory_limit, bytes(*chosen) / gib,
@@ -105,7 +114,9 @@ void choose_transformer(Rungs& rungs, const ModelOptions& options, c10::Device d
 
 void choose_bands(Rungs& rungs, const ModelOptions& options, const VaeConfig& config, const JobSize& job) {
   if (options.vae_bands == 0)
-    while (rungs.vae.bands < most_bands && vae_bytes(config, rungs.vae, job) > rungs.limit) ++rungs.vae.bands;
+    while (rungs.vae.bands < most_bands &&
+           vae_bytes(config, rungs.vae, job) > most_estimated(rungs, options, autoencoder_error))
+      ++rungs.vae.bands;
   const double bytes = vae_bytes(config, rungs.vae, job);
   if (bytes > rungs.limit && !options.memory_limit.empty())
     fail(ErrorCode::out_of_memory,

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 
+#include "model/transformer/transformer_cost.h"
 #include "model/weights/weight_files.h"
 
 namespace uwv::model {
 namespace {
 
-/// What the process holds before it decodes: torch and its tables.
-constexpr double library_bytes = 230e6;
 constexpr double side = 8;           ///< Pixels a latent is wide.
 constexpr double latent_frames = 4;  ///< Frames a latent lasts.
 constexpr double taps = 9;
@@ -91,7 +90,7 @@ double estimated_working_bytes(const TinyVaeSizes& sizes, const ClipSize& clip, 
 }
 
 double estimated_peak_bytes(const TinyVaeSizes& sizes, const ClipSize& clip, VaePrecision precision) {
-  return library_bytes + estimated_weight_bytes(sizes, precision) + estimated_working_bytes(sizes, clip, precision);
+  return program_bytes + estimated_weight_bytes(sizes, precision) + estimated_working_bytes(sizes, clip, precision);
 }
 
 }  // namespace uwv::model

@@ -5,6 +5,7 @@
 
 #include "model/layers/torch_scope.h"
 #include "model/measured_peak.h"
+#include "model/transformer/transformer_cost.h"
 #include "model/vae/tiny_vae.h"
 #include "model/vae/tiny_vae_cost.h"
 #include "support/temp_folder.h"
@@ -53,14 +54,19 @@ TEST(TinyVaeMemory, IsAsEstimated) {
     const at::Tensor latents = at::randn({1, sizes.z_dim, 2, height / 8, 52});
     VaeOptions options;
     options.precision = precision;
-    const double measured = uwv::testing::measured_peak([&] {
-      Monitor monitor;
-      TinyVae::open(folder.path().string(), options)
-          .decode(
-              latents, [](auto, const auto&) {}, monitor);
-    });
-    EXPECT_TRUE(uwv::testing::estimates(estimated_peak_bytes(sizes, {5, height, 416}, precision), measured, promised))
-        << to_string(precision);
+    const auto peak = [&](const at::Tensor& z) {
+      return uwv::testing::measured_peak([&] {
+        Monitor monitor;
+        TinyVae::open(folder.path().string(), options)
+            .decode(
+                z, [](auto, const auto&) {}, monitor);
+      });
+    };
+    // The libraries' share differs from program to program, so it is measured with next to no picture.
+    const double libraries = peak(latents.narrow(3, 0, 1).narrow(4, 0, 1)) - estimated_weight_bytes(sizes, precision);
+    const double estimate = estimated_peak_bytes(sizes, {5, height, 416}, precision) - program_bytes + libraries;
+    EXPECT_TRUE(uwv::testing::estimates(estimate, peak(latents), promised)) << to_string(precision);
+    EXPECT_LT(libraries, program_bytes);
   }
 }
 
