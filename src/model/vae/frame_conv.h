@@ -8,6 +8,8 @@
 
 #include <ATen/core/Tensor.h>
 
+#include <array>
+
 #include "model/vae/frame_pool.h"
 #include "model/vae/fused_conv.h"
 #include "model/weights/weight_files.h"
@@ -94,7 +96,7 @@ class CausalConv {
   Form form_ = Form::by_frame;
   /// By how many frames back, the bias with the newest; side by side: by how many frames there are before the newest;
   /// in shares: the first alone, (3 O, C, k, k), results of the newest tap first.
-  FrameConv taps_[3];
+  std::array<FrameConv, 3> taps_;
   at::Tensor bias_;  ///< In shares.
 };
 

@@ -44,7 +44,7 @@ bool takes_bfloat16(const c10::TypedOperatorHandle<Run>& run) {
 struct Operators {
   std::optional<c10::TypedOperatorHandle<Run>> run = find<Run>("mkldnn::_convolution_pointwise", "");
   std::optional<c10::TypedOperatorHandle<Add>> add = find<Add>("mkldnn::_convolution_pointwise_", "binary");
-  bool complete = run && add && at::globalContext().hasMKLDNN() && at::globalContext().userEnabledMkldnn();
+  bool complete = run && add && at::Context::hasMKLDNN() && at::globalContext().userEnabledMkldnn();
   bool bfloat16 = complete && takes_bfloat16(*run);
 
   bool take(at::ScalarType type) const { return type == at::kBFloat16 ? bfloat16 : complete; }

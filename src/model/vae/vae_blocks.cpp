@@ -83,14 +83,14 @@ FrameAttention::FrameAttention(const WeightFiles& weights, const std::string& pr
       to_qkv_(weights, prefix + ".to_qkv", how),
       proj_(weights, prefix + ".proj", how) {}
 
-at::Tensor FrameAttention::operator()(at::Tensor frame, VaePass& pass) const {
+void FrameAttention::operator()(at::Tensor& frame, VaePass& pass) const {
   pass.between();
   const std::int64_t channels = frame.size(2);
   at::Tensor normed = pass.pool.take(frame.size(0), frame.size(1), channels);
   norm_(frame, normed);
   const std::vector<at::Tensor> qkv = to_qkv_(normed).reshape({1, 1, -1, 3 * channels}).chunk(3, -1);
   const at::Tensor seen = at::scaled_dot_product_attention(qkv[0], qkv[1], qkv[2]);
-  return frame.add_(proj_(seen).view_as(frame));
+  frame.add_(proj_(seen).view_as(frame));
 }
 
 void MidBlock::Memory::enter(std::int64_t height) {
@@ -106,7 +106,7 @@ MidBlock::MidBlock(const WeightFiles& weights, const std::string& prefix, const 
 
 at::Tensor MidBlock::operator()(at::Tensor frame, Memory& memory, VaePass& pass) const {
   frame = first_(std::move(frame), memory.first, pass);
-  frame = attention_(std::move(frame), pass);
+  attention_(frame, pass);
   return second_(std::move(frame), memory.second, pass);
 }
 

@@ -62,7 +62,8 @@ class ResBlock {
 class FrameAttention {
  public:
   FrameAttention(const WeightFiles& weights, const std::string& prefix, const VaeArithmetic& how);
-  at::Tensor operator()(at::Tensor frame, VaePass& pass) const;
+  /// Adds it to `frame`.
+  void operator()(at::Tensor& frame, VaePass& pass) const;
 
  private:
   RmsNorm norm_;

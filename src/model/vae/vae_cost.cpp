@@ -168,7 +168,8 @@ std::vector<BandRows> bands_of(const VaeConfig& config, const ClipSize& piece, i
 
 Costs band_cost(const VaeConfig& config, const ClipSize& piece, const std::vector<LevelRows>& rows, VaeWay way) {
   const std::int64_t factor = config.spatial_factor(), columns = piece.width / factor;
-  const auto latents = static_cast<double>(piece.height / factor * columns);
+  const std::int64_t rows_of_latents = piece.height / factor;
+  const auto latents = static_cast<double>(rows_of_latents * columns);
   const auto frames = static_cast<double>(config.latent_frames(piece.frames));
   if (way == VaeWay::decode) return decoder_cost(config, {latents, frames, static_cast<double>(columns)}, rows);
   return encoder_cost(config, {latents, frames, static_cast<double>(piece.width)}, rows);
@@ -177,8 +178,8 @@ Costs band_cost(const VaeConfig& config, const ClipSize& piece, const std::vecto
 /// Numbers of features next to the latents, of so many of their rows, in the whole clip.
 double features(const VaeConfig& config, const ClipSize& size, std::int64_t rows, VaeWay way) {
   const std::int64_t base = way == VaeWay::decode ? config.decoder_base_dim : config.base_dim;
-  return static_cast<double>(base * config.dim_mult.back() * config.latent_frames(size.frames) * rows * size.width /
-                             config.spatial_factor());
+  const std::int64_t columns = size.width / config.spatial_factor();
+  return static_cast<double>(base * config.dim_mult.back() * config.latent_frames(size.frames) * rows * columns);
 }
 
 /// Numbers a piece needs at the most, beside the weights and the results that wait.
