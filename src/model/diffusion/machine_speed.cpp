@@ -72,13 +72,13 @@ double rounding_speed(LinearForm form, int stored_bytes, std::int64_t width, c10
   if (stored_bytes == 1) {
     const QuantisedWeight stored = quantised(weight);
     return static_cast<double>(side * side) * rate([&] {
-             Linear(stored, {}, form);
-             return weight;
+             const Linear layer(stored, {}, form);
+             return at::Tensor(weight);
            });
   }
   return static_cast<double>(side * side) * rate([&] {
-           Linear(weight, {}, form);
-           return weight;
+           const Linear layer(weight, {}, form);
+           return at::Tensor(weight);
          });
 }
 

@@ -3,6 +3,7 @@
 // 2022.
 #pragma once
 
+#include <ATen/TensorOperators.h>
 #include <ATen/core/Tensor.h>
 
 #include <deque>

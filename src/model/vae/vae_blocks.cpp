@@ -89,6 +89,7 @@ void FrameAttention::operator()(at::Tensor& frame, VaePass& pass) const {
   at::Tensor normed = pass.pool.take(frame.size(0), frame.size(1), channels);
   norm_(frame, normed);
   const std::vector<at::Tensor> qkv = to_qkv_(normed).reshape({1, 1, -1, 3 * channels}).chunk(3, -1);
+  normed.reset();
   const at::Tensor seen = at::scaled_dot_product_attention(qkv[0], qkv[1], qkv[2]);
   frame.add_(proj_(seen).view_as(frame));
 }

@@ -17,7 +17,7 @@ TEST(VaeCost, OperationsOfARealDecodeAreThoseOfItsConvolutions) {
   EXPECT_LT(four, 3.2 * last_level);
 }
 
-// Peaks of a process that did nothing else, as docs/performance.md has them.
+// Peaks of a process that did nothing else (`uwv_bench model vae`, one form a run).
 TEST(VaeCost, PeaksAreWithinAFifthOfTheMeasuredOnes) {
   struct Measured {
     ClipSize size;
@@ -29,10 +29,10 @@ TEST(VaeCost, PeaksAreWithinAFifthOfTheMeasuredOnes) {
   const Measured all[] = {{{5, 240, 416}, VaePrecision::f32, 1, VaeWay::decode, 1.73},
                           {{5, 240, 416}, VaePrecision::f32, 4, VaeWay::decode, 1.02},
                           {{5, 240, 416}, VaePrecision::f32, 8, VaeWay::decode, 0.83},
-                          {{9, 240, 416}, VaePrecision::f32, 6, VaeWay::decode, 0.95},
+                          {{9, 240, 416}, VaePrecision::f32, 6, VaeWay::decode, 0.93},
                           {{5, 480, 832}, VaePrecision::f32, 8, VaeWay::decode, 1.43},
                           {{5, 240, 416}, VaePrecision::bf16, 1, VaeWay::decode, 1.08},
-                          {{5, 240, 416}, VaePrecision::bf16, 4, VaeWay::decode, 0.65},
+                          {{5, 240, 416}, VaePrecision::bf16, 4, VaeWay::decode, 0.63},
                           {{9, 480, 832}, VaePrecision::bf16, 1, VaeWay::decode, 2.99},
                           {{5, 240, 416}, VaePrecision::f32, 1, VaeWay::encode, 1.32},
                           {{5, 240, 416}, VaePrecision::f32, 6, VaeWay::encode, 0.76},
