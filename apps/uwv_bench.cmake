@@ -40,16 +40,22 @@ target_link_libraries(uwv_bench PRIVATE uwv_build_options uwv::render uwv::eval 
 if(TARGET uwv_model)
   target_sources(uwv_bench PRIVATE
     bench/model_commands.cpp
-    bench/model_known.cpp
     bench/model_ladder.cpp
     bench/model_shapes.cpp
-    bench/model_text.cpp
-    bench/model_transformer.cpp
-    bench/model_vae.cpp
     bench/model_weights.cpp
     bench/model_windows.cpp)
   target_compile_definitions(uwv_bench PRIVATE UWV_BENCH_MODEL)
   target_include_directories(uwv_bench PRIVATE ${uwv_SOURCE_DIR}/src)
-  target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch>)
-  uwv_compile_with_torch(bench/model_known.cpp bench/model_text.cpp bench/model_transformer.cpp bench/model_vae.cpp)
+
+  # The files that see torch's headers, apart from those that link fmt; they share one precompiled ATen.
+  add_library(uwv_bench_tensors OBJECT
+    bench/model_known.cpp
+    bench/model_text.cpp
+    bench/model_transformer.cpp
+    bench/model_vae.cpp)
+  target_include_directories(uwv_bench_tensors PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${uwv_SOURCE_DIR}/src)
+  target_link_libraries(uwv_bench_tensors
+    PRIVATE uwv_build_options uwv::model uwv::io CLI11::CLI11 nlohmann_json::nlohmann_json)
+  uwv_use_torch(uwv_bench_tensors)
+  target_link_libraries(uwv_bench PRIVATE uwv::model $<LINK_ONLY:uwv_torch> uwv_bench_tensors)
 endif()

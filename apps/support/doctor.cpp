@@ -39,6 +39,19 @@ std::string model_devices() {
 #endif
 }
 
+/// Whether numbers of fewer bits pay, else the form that holds but does not multiply them.
+std::string weights_in(bool fast, const char* instead) {
+  return fast ? "fast here" : fmt::format("slow here: take {}", instead);
+}
+
+FastNumbers model_numbers() {
+#ifdef UWV_APP_WITH_MODEL
+  return fast_numbers();
+#else
+  return {};
+#endif
+}
+
 bool has_gpu() {
   try {
     return !make_gl_context()->is_software();
@@ -69,12 +82,12 @@ std::string doctor_report() {
                       has_networks ? "yes (--depth-model, --saliency-model DIR, --segmenter)"
                                    : "no: built without libtorch, which scripts/setup fetches");
 
-  const ProcessorUnits units = processor_units();
-  text += fmt::format(
-      "video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n", "libtorch",
-      has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches", "--device",
-      model_devices(), "weights bf16", units.bf16() ? "fast here" : "slow here: take bf16_stored", "weights int8",
-      units.int8() ? "fast here" : "slow here: take int8_stored", "products", matrix_products());
+  const FastNumbers fast = model_numbers();
+  text += fmt::format("video diffusion model\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n  {:<14} {}\n",
+                      "libtorch",
+                      has_networks ? "yes (--model)" : "no: built without libtorch, which scripts/setup fetches",
+                      "--device", model_devices(), "weights bf16", weights_in(fast.bf16, "bf16_stored"), "weights int8",
+                      weights_in(fast.int8, "int8_stored"), "products", matrix_products());
 
   text += "video\n";
   for (const Capability& encoder : encoders())

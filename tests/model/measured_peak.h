@@ -9,6 +9,7 @@
 #endif
 
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -45,6 +46,29 @@ double measured_peak(Work work) {
   work();
   return static_cast<double>(peak_memory());
 }
+
+/// Bytes of the process in memory now; 0 where the system does not tell.
+inline double resident_memory() {
+  std::ifstream file("/proc/self/statm");
+  double all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * 4096;
+}
+
+/// Memory that is free again but lies between blocks in use, where the allocator keeps it: what a stage of many tensors
+/// leaves behind.
+class FreedBetweenUsed {
+ public:
+  explicit FreedBetweenUsed(std::size_t bytes) {
+    constexpr std::size_t block = 64 << 10;  // of the heap, whatever the threshold for pages of their own
+    std::vector<std::vector<char>> all(2 * bytes / block);
+    for (auto& one : all) one.assign(block, 1);
+    for (std::size_t i = 0; i < all.size(); i += 2) used_.push_back(std::move(all[i]));
+  }
+
+ private:
+  std::vector<std::vector<char>> used_;
+};
 
 /// Holds an estimate to within `share` of what was measured; both in the message.
 inline ::testing::AssertionResult estimates(double estimate, double measured, double share) {

@@ -11,7 +11,6 @@ struct ProcessorUnits {
   bool avx512_bf16 = false, amx_bf16 = false;  ///< bfloat16: in vectors, in tiles.
   bool vnni = false, amx_int8 = false;         ///< 8-bit integers: in vectors (AVX or AVX-512), in tiles.
 
-  bool bf16() const { return avx512_bf16 || amx_bf16; }
   bool int8() const { return vnni || amx_int8; }
   /// For people: "avx2, avx512, amx_bf16", or "none of those looked for".
   std::string names() const;

@@ -18,4 +18,13 @@ struct ComputeDevice {
 /// The CPU first.
 std::vector<ComputeDevice> compute_devices();
 
+/// Which numbers of fewer bits the CPU multiplies faster than float32.
+struct FastNumbers {
+  bool bf16 = false, int8 = false;
+};
+
+/// By the processor's units; where those do not tell (bfloat16 in AVX-512's vectors is twice as fast as float32 on some
+/// processors and slower on others) both are tried once, for some tenth of a second.
+FastNumbers fast_numbers();
+
 }  // namespace uwv

@@ -16,13 +16,13 @@ namespace uwv {
 /// How the linear layers' weights are held and multiplied; each is smaller than the one before.
 enum class WeightsForm {
   /// The first that fits `memory_limit`, but no form this CPU is slow in; and bf16 instead of f32 for a bfloat16
-  /// checkpoint where the CPU has units for it: the official code computes so.
+  /// checkpoint where the CPU multiplies it faster: the official code computes so.
   automatic,
   f32,          ///< The exact answer.
   bf16_stored,  ///< Half the memory, multiplied in float32.
-  bf16,         ///< Half the memory, multiplied in bfloat16: fast where the CPU has units for it.
+  bf16,         ///< Half the memory, multiplied in bfloat16: fast where fast_numbers() says so.
   int8_stored,  ///< A quarter of the memory, multiplied in float32.
-  int8,         ///< A quarter of the memory, multiplied in 8-bit integers: fast where the CPU has units for it.
+  int8,         ///< A quarter of the memory, multiplied in 8-bit integers: fast with VNNI or AMX.
 };
 
 /// Whether the transformer is read block by block at every step.
@@ -34,7 +34,7 @@ enum class StreamChoice {
 
 /// Numbers the autoencoder computes in.
 enum class VaeNumbers {
-  automatic,  ///< bf16 where the CPU has units for it, else f32.
+  automatic,  ///< bf16 where the CPU multiplies it in tiles (AMX), else f32.
   f32,        ///< The exact answer.
   bf16,
 };

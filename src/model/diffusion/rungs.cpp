@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "model/layers/compute_device.h"
-#include "uwv/core/processor.h"
+#include "uwv/model/compute_devices.h"
 
 namespace uwv::model {
 namespace {
@@ -54,7 +54,7 @@ struct Candidate {
 };
 
 /// Whether bfloat16 is no detour: on other devices it is taken for granted.
-bool has_fast_bf16(c10::Device device) { return !device.is_cpu() || processor_units().bf16(); }
+bool has_fast_bf16(c10::Device device) { return !device.is_cpu() || fast_numbers().bf16; }
 
 /// bfloat16 weights multiplied in bfloat16: what the official code runs. float32 would take four times as long to tell
 /// apart what the checkpoint does not.
@@ -64,7 +64,7 @@ bool is_official_run(const PassSize& pass, c10::Device device) {
 
 /// From exact and large to coarse and small, as far as the options leave it open.
 std::vector<Candidate> candidates(const ModelOptions& options, c10::Device device, const PassSize& pass) {
-  const bool fast_int8 = device.is_cpu() && processor_units().int8();
+  const bool fast_int8 = device.is_cpu() && fast_numbers().int8;
   std::vector<LinearForm> forms{LinearForm::f32, has_fast_bf16(device) ? LinearForm::bf16 : LinearForm::bf16_stored,
                                 fast_int8 ? LinearForm::int8 : LinearForm::int8_stored};
   if (is_official_run(pass, device)) forms.erase(forms.begin());

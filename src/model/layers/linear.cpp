@@ -33,9 +33,7 @@ QuantisedWeight quantised(const at::Tensor& weight) {
   return whole;
 }
 
-at::ScalarType token_type(LinearForm form) {
-  return form == LinearForm::bf16 || form == LinearForm::int8 ? at::kBFloat16 : at::kFloat;
-}
+at::ScalarType token_type(LinearForm form) { return token_bytes(form) == 2 ? at::kBFloat16 : at::kFloat; }
 
 Linear::Linear(const at::Tensor& weight, const at::Tensor& bias, LinearForm form) : out_(weight.size(0)), form_(form) {
   if (is_int8(form)) {

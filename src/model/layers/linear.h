@@ -11,7 +11,7 @@
 
 namespace uwv::model {
 
-/// The type in which tokens are best handed to layers of a form.
+/// The type in which tokens are best handed to layers of a form: see token_bytes().
 at::ScalarType token_type(LinearForm form);
 
 /// Tokens made ready for layers of one form, so that several layers that read the same ones share the work.

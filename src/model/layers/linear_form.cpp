@@ -6,6 +6,8 @@
 #include <array>
 #include <stdexcept>
 
+#include "uwv/model/compute_devices.h"
+
 namespace uwv::model {
 namespace {
 
@@ -18,6 +20,10 @@ constexpr std::array form_names{FormName{LinearForm::f32, "f32"}, FormName{Linea
                                 FormName{LinearForm::int8, "int8"}};
 
 }  // namespace
+
+int token_bytes(LinearForm form) {
+  return form == LinearForm::bf16 || (form == LinearForm::int8 && fast_numbers().bf16) ? 2 : 4;
+}
 
 std::string to_string(LinearForm form) {
   for (const FormName& each : form_names)

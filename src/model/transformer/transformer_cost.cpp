@@ -28,8 +28,6 @@ struct Sizes {
   double d, f, n, text, reference, batch, vace, blocks, references;
 };
 
-bool small_tokens(LinearForm form) { return form == LinearForm::bf16 || form == LinearForm::int8; }
-
 double held_bytes(const TransformerLoad& load) {
   const double stored = load.stored_bytes;
   switch (load.form) {
@@ -60,7 +58,10 @@ double largest_block(const TransformerConfig& config, const Sizes& s) {
 
 /// What is there while a block works: its weights as they were read, and its copy where rounding makes one.
 double streamed_bytes(const TransformerConfig& config, const TransformerLoad& load, const Sizes& s) {
-  const double copy = held_bytes(load) < load.stored_bytes || small_tokens(load.form) ? held_bytes(load) : 0;
+  const double copy =
+      held_bytes(load) < load.stored_bytes || load.form == LinearForm::bf16 || load.form == LinearForm::int8
+          ? held_bytes(load)
+          : 0;
   return largest_block(config, s) * (load.stored_bytes + (copy == load.stored_bytes ? 0 : copy));
 }
 
@@ -79,7 +80,7 @@ double widened_bytes(const TransformerLoad& load, const Sizes& s) {
 
 /// Keys and values of one block's text.
 double text_keys(const TransformerLoad& load, const Sizes& s) {
-  return s.batch * 2 * s.d * (small_tokens(load.form) ? 2 : 4) * s.text;
+  return s.batch * 2 * s.d * token_bytes(load.form) * s.text;
 }
 
 }  // namespace
@@ -124,7 +125,7 @@ double estimated_resting_bytes(const TransformerConfig& config, const Transforme
   const double weights = weights_outside(config, s) * load.stored_bytes +
                          (load.streamed ? 0 : weights_in_blocks(config, s) * held_bytes(load));
   const double control = s.vace > 0 ? 4 * s.batch * s.n * s.d : 0;
-  const double references = s.batch * 2 * s.d * (small_tokens(load.form) ? 2 : 4) * s.references * s.reference;
+  const double references = s.batch * 2 * s.d * token_bytes(load.form) * s.references * s.reference;
   const double keys = load.keep_keys ? s.blocks * text_keys(load, s) + references : 0;
   const double positions = 4.0 * s.n * config.head_dim;
   const double text = s.batch * s.text * 4 * (s.d + config.text_dim) + s.batch * s.reference * 4 * s.d;
@@ -133,7 +134,7 @@ double estimated_resting_bytes(const TransformerConfig& config, const Transforme
 
 double estimated_peak_bytes(const TransformerConfig& config, const TransformerLoad& load) {
   const Sizes s(config, load);
-  const double token = small_tokens(load.form) ? 2 : 4;
+  const double token = token_bytes(load.form);
   const double rows = s.batch * s.n, row = rows * s.d;
   // The main stream; the control stream and a hint.
   const double streams = 4 * row + (s.vace > 0 ? 8 * row : 0);

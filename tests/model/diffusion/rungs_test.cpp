@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "model/complaint.h"
-#include "uwv/core/processor.h"
+#include "uwv/model/compute_devices.h"
 
 namespace uwv::model {
 namespace {
@@ -32,7 +32,7 @@ TEST_F(RungsTest, AFloatCheckpointIsRunExactly) {
 
 TEST_F(RungsTest, ABfloat16CheckpointIsRunAsTheOfficialCodeDoesWhereThatIsFast) {
   job_.pass.stored = DType::bf16;
-  const bool fast = processor_units().bf16();
+  const bool fast = fast_numbers().bf16;
   EXPECT_EQ(choose().form, fast ? LinearForm::bf16 : LinearForm::f32);
   if (fast) {
     EXPECT_THAT(choose().reasons, Contains(HasSubstr("official")));
@@ -43,7 +43,7 @@ TEST_F(RungsTest, ABfloat16CheckpointIsRunAsTheOfficialCodeDoesWhereThatIsFast) 
 
 TEST_F(RungsTest, ACheckpointIn8BitsIsRunInThem) {
   job_.pass.stored = DType::i8;
-  EXPECT_EQ(choose().form, processor_units().int8() ? LinearForm::int8 : LinearForm::int8_stored);
+  EXPECT_EQ(choose().form, fast_numbers().int8 ? LinearForm::int8 : LinearForm::int8_stored);
 }
 
 TEST_F(RungsTest, TilesAreThoseAskedFor) {

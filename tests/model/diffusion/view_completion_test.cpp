@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "model/diffusion/completion_fixture.h"
+#include "model/measured_peak.h"
 #include "model/tensor_support.h"
 #include "model/transformer/transformer_config.h"
 #include "model/vae/tiny_vae_cost.h"
@@ -95,6 +97,31 @@ TEST_F(ViewCompletion, EveryFormOfWeightsStaysNearTheExactAnswer) {
         error += std::abs(exact.frames[k].data()[i].g - answer.frames[k].data()[i].g);
     EXPECT_LT(error / (5 * 48 * 32), 6);
   }
+}
+
+TEST_F(ViewCompletion, AStageBeginsWithoutWhatTheOneBeforeFreed) {
+  if (!testing::peaks_can_be_measured()) GTEST_SKIP() << "memory cannot be measured here";
+  // Leaves freed memory behind in the midst of denoising, and looks when decoding begins whether it still
+  // counts.
+  struct Watch : Monitor {
+    bool progress(std::string_view stage, long done, long total) override {
+      if (stage == "denoising" && 2 * done >= total && !gaps) {
+        gaps.emplace(bytes);
+        before = testing::resident_memory();
+      }
+      if (stage == "vae decode" && after == 0) after = testing::resident_memory();
+      return true;
+    }
+    std::size_t bytes = 128 << 20;
+    std::optional<testing::FreedBetweenUsed> gaps;
+    double before = 0, after = 0;
+  } watch;
+  CompletedClip out;
+  out.write = [](long, const ImageRgb&) {};
+  complete_views(options_, Scene().clip(), out, 1, watch);
+  ASSERT_GT(watch.before, 0);
+  ASSERT_GT(watch.after, 0);
+  EXPECT_LT(watch.after, watch.before - 100e6);
 }
 
 TEST_F(ViewCompletion, TheTinyDecoderStandsForTheLargeOne) {

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 
 #include "model/complaint.h"
+#include "model/diffusion/machine_speed.h"
 #include "model/far_device.h"
+#include "model/layers/torch_scope.h"
 #include "uwv/model/compute_devices.h"
 
 namespace uwv::model {
@@ -26,6 +28,16 @@ TEST(ComputeDevice, WhatIsAtHandIsListedTheCpuFirst) {
   const std::vector<ComputeDevice> devices = compute_devices();
   EXPECT_EQ(devices.front().name, "cpu");
   EXPECT_THAT(devices, Contains(Field(&ComputeDevice::name, "privateuseone:0")));
+}
+
+// With room for what else the machine does meanwhile.
+TEST(FastNumbers, AreNotSlowWhereTheyAreCalledFastNorFastWhereTheyAreCalledSlow) {
+  const TorchScope scope(1);
+  const double f32 = linear_speed(LinearForm::f32, 1536), bf16 = linear_speed(LinearForm::bf16, 1536);
+  if (fast_numbers().bf16)
+    EXPECT_GT(bf16, 0.6 * f32);
+  else
+    EXPECT_LT(bf16, 1.7 * f32);
 }
 
 TEST(ComputeDevice, WhatIsNotThereIsRefusedWithWhatIs) {

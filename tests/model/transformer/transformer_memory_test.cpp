@@ -9,6 +9,7 @@
 #include "model/transformer/transformer_shapes.h"
 #include "model/transformer/wan_transformer.h"
 #include "support/temp_folder.h"
+#include "uwv/model/compute_devices.h"
 
 namespace uwv::model {
 namespace {
@@ -75,6 +76,7 @@ class TransformerMemory : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!uwv::testing::peaks_can_be_measured()) GTEST_SKIP() << "the system does not count peaks anew";
+    (void)fast_numbers();  // which takes some memory to find out, once
   }
   /// The libraries' share differs from program to program, so it is measured with a network of no size.
   void hold(const RandomTransformer& network, std::int64_t rows, std::int64_t columns) const {
