@@ -29,7 +29,7 @@ function(uwv_add_test module)
   add_executable(${target} ${ARG_SOURCES})
   target_include_directories(${target} PRIVATE ${uwv_SOURCE_DIR}/tests ${uwv_SOURCE_DIR}/src)
   target_link_libraries(${target} PRIVATE uwv_build_options ${ARG_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
-  # What is tested is compiled as users have it; the tests around it, a third of all there is to compile, need not be fast.
+  # What is tested is compiled as users have it; the tests around it, much of all there is to compile, need not be fast.
   target_compile_options(${target} PRIVATE $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU,Clang>>:-O1>
     # So compiled, GCC does not follow Eigen's storage far enough to see that it is set.
     $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-Wno-maybe-uninitialized>)

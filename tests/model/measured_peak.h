@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -52,7 +53,7 @@ inline double resident_memory() {
   std::ifstream file("/proc/self/statm");
   double all = 0, resident = 0;
   file >> all >> resident;
-  return resident * 4096;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
 /// Memory that is free again but lies between blocks in use, where the allocator keeps it: what a stage of many tensors

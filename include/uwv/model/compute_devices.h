@@ -23,8 +23,9 @@ struct FastNumbers {
   bool bf16 = false, int8 = false;
 };
 
-/// By the processor's units; where those do not tell (bfloat16 in AVX-512's vectors is twice as fast as float32 on some
-/// processors and slower on others) both are tried once, for some tenth of a second.
+/// By the processor's units; where those do not tell (AVX-512's for bfloat16 were half as fast as float32 on a
+/// processor we measured) both are tried, once a process, for a moment. Where the two are about as fast, the answer may
+/// differ from process to process, and with it the last digits of what WeightsForm::automatic and int8 give.
 FastNumbers fast_numbers();
 
 }  // namespace uwv
